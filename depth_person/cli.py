@@ -1,0 +1,44 @@
+"""The depth_person command: one verb a task."""
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from importlib import import_module
+import os
+import sys
+
+from depth_person import __version__
+from depth_person.errors import DepthPersonError
+
+#: Verb -> what the list of verbs says of it. Each is a module of depth_person.verbs that has
+#: add_arguments(parser) and main(args) -> exit code.
+VERBS = {
+    'run': 'run camera, pose and depth in one process',
+    'models': 'install and list pose networks',
+    'evaluate': 'measure errors on a folder of frames with known distances',
+}
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command line; return the exit code."""
+    argv = sys.argv[1:] if argv is None else list(argv)
+    parser = argparse.ArgumentParser(prog='depth_person', description=__doc__)
+    parser.add_argument('--version', action='version', version=__version__)
+    verbs = parser.add_subparsers(dest='verb', required=True, metavar='VERB')
+    chosen = next((word for word in argv if not word.startswith('-')), None)
+    for verb, summary in VERBS.items():
+        verb_parser = verbs.add_parser(verb, help=summary, description=summary)
+        if verb == chosen:  # the others stay unimported: each brings its own heavy libraries
+            module = import_module(f'depth_person.verbs.{verb}')
+            module.add_arguments(verb_parser)
+    args = parser.parse_args(argv)
+    try:
+        return module.main(args)
+    except DepthPersonError as error:
+        print(f'depth_person {args.verb}: {error}', file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        return 130
+    except BrokenPipeError:  # the reader, such as head, has left
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 141

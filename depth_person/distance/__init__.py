@@ -1,0 +1,1 @@
+"""A person to a metric range: triangulation, body dimensions, fusion."""

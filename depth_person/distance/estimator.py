@@ -1,0 +1,110 @@
+"""What every distance estimator takes and gives."""
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum, IntFlag
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depth_person.camera.intrinsics import Intrinsics
+from depth_person.pose.people import People
+
+
+class Reason(IntEnum):
+    """Why a person has no range; NONE where there is one."""
+
+    NONE = 0
+    UNCALIBRATED = 1
+    NO_SHOULDERS = 2
+    COINCIDENT_SHOULDERS = 3
+    TOO_FEW_KEYPOINTS = 4
+    OUT_OF_RANGE = 5
+    IMPLAUSIBLE_SKELETON = 6
+
+
+class Cue(IntFlag):
+    """What a range was taken from."""
+
+    NONE = 0
+    SHOULDERS = 1
+    NECK = 2
+    SKELETON = 4
+    GROUND = 8
+
+
+@dataclass(frozen=True)
+class Body:
+    """
+    What is known of the people in view; None where nothing is.
+
+    Lengths in metres; each sigma is the spread of its length relative to it.
+    """
+
+    shoulder_width: float | None = None
+    shoulder_width_sigma: float = 0.076
+    stature: float | None = None
+    stature_sigma: float = 0.01
+    children: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Mounting:
+    """
+    What is known of the camera's attitude and height; None where nothing is.
+
+    :ivar gravity: unit vector of the direction down, in the camera optical frame.
+    :ivar gravity_sigma: spread of its direction, radians.
+    :ivar height: of the camera above the ground that people stand on, metres.
+    :ivar height_sigma: its spread, metres.
+    """
+
+    gravity: NDArray[np.float64] | None = None
+    gravity_sigma: float = 0.01
+    height: float | None = None
+    height_sigma: float = 0.05
+
+
+@dataclass(frozen=True, eq=False)
+class Distances:
+    """
+    How far n people are, row by row as in the People they were measured from.
+
+    :ivar range: (n,) straight-line distance from the camera to the neck, metres; NaN for none.
+    :ivar range_sigma: (n,) one standard deviation of range, metres; NaN for none.
+    :ivar position: (n, 3) the neck in the camera optical frame, metres; NaN for none.
+    :ivar reason: (n,) uint8 of Reason.
+    :ivar cues: (n,) uint8 of Cue.
+    """
+
+    range: NDArray[np.float64]
+    range_sigma: NDArray[np.float64]
+    position: NDArray[np.float64]
+    reason: NDArray[np.uint8]
+    cues: NDArray[np.uint8]
+
+    @property
+    def depth(self) -> NDArray[np.float64]:
+        """(n,) distance along the optical axis, metres."""
+        return self.position[:, 2]
+
+    @property
+    def known(self) -> NDArray[np.bool_]:
+        """(n,) whether the person has a range."""
+        return self.reason == Reason.NONE
+
+    def __len__(self) -> int:
+        return len(self.range)
+
+
+class DistanceEstimator(Protocol):
+    """Turns the people of a frame into distances; holds no state between frames."""
+
+    name: str
+
+    def estimate(
+        self, people: People, intrinsics: Intrinsics, mounting: Mounting = Mounting(),
+    ) -> Distances:
+        """Return one distance a person; never raises for what a keypoint holds."""
+        ...

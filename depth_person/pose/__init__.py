@@ -1,0 +1,1 @@
+"""A frame to people: networks, the skeleton layout, tracking."""

@@ -1,0 +1,1 @@
+"""Bags: read, process, evaluate, report."""

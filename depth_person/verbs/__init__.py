@@ -1,0 +1,1 @@
+"""One module for each verb of the depth_person command."""
