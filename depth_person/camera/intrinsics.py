@@ -64,7 +64,7 @@ class Intrinsics:
     @property
     def matrix(self) -> NDArray[np.float64]:
         """The 3x3 camera matrix K."""
-        return np.array([[self.fx, 0, self.cx], [0, self.fy, self.cy], [0, 0, 1]])
+        return np.array([[self.fx, 0.0, self.cx], [0.0, self.fy, self.cy], [0.0, 0.0, 1.0]])
 
     def fits(self, image: NDArray[np.uint8]) -> bool:
         """Return whether the image has the resolution that these intrinsics belong to."""
