@@ -9,11 +9,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depth_person.camera.intrinsics import Intrinsics
+from depth_person.errors import DepthPersonError
 from depth_person.pose.people import People
 
 
 class Reason(IntEnum):
-    """Why a person has no range; NONE where there is one."""
+    """
+    Why a person has no range; NONE where there is one.
+
+    UNCALIBRATED is for whoever has no intrinsics to give an estimator. COINCIDENT_SHOULDERS are
+    closer together than the noise of their keypoints lets one tell.
+    """
 
     NONE = 0
     UNCALIBRATED = 1
@@ -40,6 +46,8 @@ class Body:
     What is known of the people in view; None where nothing is.
 
     Lengths in metres; each sigma is the spread of its length relative to it.
+
+    :raises DepthPersonError: when a length or a spread cannot be anyone's.
     """
 
     shoulder_width: float | None = None
@@ -47,6 +55,18 @@ class Body:
     stature: float | None = None
     stature_sigma: float = 0.01
     children: bool = False
+
+    def __post_init__(self) -> None:
+        if self.shoulder_width is not None and not 0.1 <= self.shoulder_width <= 1.0:
+            raise DepthPersonError(
+                f'a shoulder width of {self.shoulder_width:g} m is not between 0.1 and 1')
+        if self.stature is not None and not 0.4 <= self.stature <= 2.6:
+            raise DepthPersonError(f'a stature of {self.stature:g} m is not between 0.4 and 2.6')
+        for sigma in (self.shoulder_width_sigma, self.stature_sigma):
+            if not 0 <= sigma < 1:
+                raise DepthPersonError(
+                    f'a spread of {sigma:g} is not between 0 and 1; '
+                    'it is relative to the length, not in metres')
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,6 +116,26 @@ class Distances:
 
     def __len__(self) -> int:
         return len(self.range)
+
+    @classmethod
+    def of(
+        cls, *, position: NDArray[np.float64], range_sigma: NDArray[np.float64],
+        reason: NDArray[np.uint8], cues: NDArray[np.uint8],
+    ) -> Distances:
+        """Return the distances to these positions, all NaN and without cue where one has none."""
+        known = reason == Reason.NONE
+        position = np.where(known[:, None], position, np.nan)
+        return cls(
+            range=np.sqrt((position ** 2).sum(axis=1)),
+            range_sigma=np.where(known, range_sigma, np.nan), position=position,
+            reason=reason, cues=np.where(known, cues, np.uint8(Cue.NONE)))
+
+    @classmethod
+    def none(cls, n: int, reason: Reason) -> Distances:
+        """Return n people without a distance, all for the same reason."""
+        return cls.of(
+            position=np.full((n, 3), np.nan), range_sigma=np.full(n, np.nan),
+            reason=np.full(n, reason, np.uint8), cues=np.zeros(n, np.uint8))
 
 
 class DistanceEstimator(Protocol):
