@@ -3,14 +3,22 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 import math
 
-import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from depth_person.camera.lens import (
+    distort_brown,
+    distort_equidistant,
+    undistort_brown,
+    undistort_equidistant,
+)
 from depth_person.errors import DepthPersonError
 
 #: How many coefficients each distortion model of sensor_msgs/CameraInfo has.
 DISTORTION_MODELS = {'plumb_bob': 5, 'rational_polynomial': 8, 'equidistant': 4}
+
+#: What others write for them; '' is no distortion.
+MODEL_ALIASES = {'none': '', 'fisheye': 'equidistant'}
 
 
 @dataclass(frozen=True)
@@ -61,6 +69,46 @@ class Intrinsics:
         focal_length = width / 2 / math.tan(math.radians(degrees) / 2)
         return cls(width, height, focal_length, focal_length, (width - 1) / 2, (height - 1) / 2)
 
+    @classmethod
+    def from_camera_info_fields(
+        cls, width: int, height: int, distortion_model: str, d: ArrayLike, k: ArrayLike,
+    ) -> Intrinsics | None:
+        """
+        Return the intrinsics that a CameraInfo states; None for an uncalibrated one (K[0] 0).
+
+        Real cameras deviate from REP 104, so these are understood too: coefficients left out at
+        the end are zero; more than the model has (OpenCV writes up to 14) are dropped when
+        they are zero; no model with no or zero coefficients is no distortion; fisheye is
+        equidistant.
+
+        :param d: the distortion coefficients, in OpenCV's order.
+        :param k: the nine values of the camera matrix, row by row.
+        :raises DepthPersonError: when the values cannot belong to a camera.
+        """
+        matrix, coefficients = np.ravel(k), [float(value) for value in np.ravel(d)]
+        if matrix.size != 9:
+            raise DepthPersonError(
+                f'a camera matrix K of {matrix.size} values, not 9; calibrate the camera again')
+        fx, fy, cx, cy = (float(matrix[i]) for i in (0, 4, 2, 5))
+        if fx == 0:
+            return None
+        model = MODEL_ALIASES.get(distortion_model, distortion_model)
+        if model == '':
+            if any(coefficients):
+                raise DepthPersonError(
+                    f'distortion coefficients {coefficients} without a distortion_model; name '
+                    f'it: {", ".join(DISTORTION_MODELS)}')
+            return cls(int(width), int(height), fx, fy, cx, cy)
+        count = DISTORTION_MODELS.get(model, len(coefficients))
+        if not any(coefficients[count:]):  # else the constructor says what is wrong with them
+            coefficients = coefficients[:count] + [0.0] * (count - len(coefficients))
+        return cls(int(width), int(height), fx, fy, cx, cy, model, tuple(coefficients))
+
+    @property
+    def distorted(self) -> bool:
+        """Whether pixels deviate from the pinhole; a fisheye's always do."""
+        return self.distortion_model == 'equidistant' or any(self.distortion)
+
     @property
     def matrix(self) -> NDArray[np.float64]:
         """The 3x3 camera matrix K."""
@@ -81,36 +129,34 @@ class Intrinsics:
         """
         Return where on the plane z = 1 the view rays of raw pixels go.
 
-        :param pixels: (..., 2) u, v.
-        :returns: (..., 2) x/z, y/z; NaN where the pixel is NaN or has no ray.
+        Within the image the answer projects back onto its pixel within 1e-6 px.
+
+        :param pixels: (..., 2) u, v; any value, NaN and infinity too.
+        :returns: (..., 2) x/z, y/z; NaN where the pixel is not finite or has no ray.
         """
         pixels = np.asarray(pixels, np.float64)
-        flat = pixels.reshape(-1, 1, 2)
-        if flat.size == 0:
-            return np.empty(pixels.shape)
-        coefficients = np.asarray(self.distortion)
-        if not coefficients.any() and self.distortion_model != 'equidistant':
-            return (pixels - (self.cx, self.cy)) / (self.fx, self.fy)
-        if self.distortion_model == 'equidistant':
-            rays = cv2.fisheye.undistortPoints(flat, self.matrix, coefficients)
-        else:
-            rays = cv2.undistortPoints(flat, self.matrix, coefficients)
-        return rays.reshape(pixels.shape)
+        with np.errstate(invalid='ignore'):
+            rays = np.where(np.isfinite(pixels), (pixels - (self.cx, self.cy)), np.nan)
+        rays = rays / (self.fx, self.fy)
+        if not self.distorted:
+            return rays
+        undistort = (undistort_equidistant if self.distortion_model == 'equidistant'
+                     else undistort_brown)
+        return np.stack(undistort(rays[..., 0], rays[..., 1], self.distortion), axis=-1)
 
     def project(self, points: ArrayLike) -> NDArray[np.float64]:
         """
         Return the raw pixels at which points in the camera optical frame appear.
 
         :param points: (..., 3) metres.
-        :returns: (..., 2) u, v.
+        :returns: (..., 2) u, v; NaN for points that are not in front of the camera.
         """
         points = np.asarray(points, np.float64)
-        flat = points.reshape(-1, 1, 3)
-        if flat.size == 0:
-            return np.empty((*points.shape[:-1], 2))
-        zero, coefficients = np.zeros(3), np.asarray(self.distortion)
-        if self.distortion_model == 'equidistant':
-            pixels, _ = cv2.fisheye.projectPoints(flat, zero, zero, self.matrix, coefficients)
-        else:
-            pixels, _ = cv2.projectPoints(flat, zero, zero, self.matrix, coefficients)
-        return pixels.reshape(*points.shape[:-1], 2)
+        with np.errstate(all='ignore'):
+            z = np.where(points[..., 2] > 0, points[..., 2], np.nan)
+            x, y = points[..., 0] / z, points[..., 1] / z
+        if self.distorted:
+            distort = (distort_equidistant if self.distortion_model == 'equidistant'
+                       else distort_brown)
+            x, y = distort(x, y, self.distortion)
+        return np.stack((x * self.fx + self.cx, y * self.fy + self.cy), axis=-1)
