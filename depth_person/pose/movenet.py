@@ -1,0 +1,170 @@
+"""MoveNet: an image in, the keypoints of the people in it out."""
+from __future__ import annotations
+
+from pathlib import Path
+import time
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from depth_person.errors import DepthPersonError
+from depth_person.pose import decode
+from depth_person.pose.runtime import open_session
+from depth_person.pose.skeleton import from_coco17
+
+#: Outputs that every MoveNet has, and those that only the one for many people has.
+HEADS = ('center', 'keypoint_regression', 'keypoint_heatmap', 'keypoint_offset')
+BOX_HEADS = ('box_scale', 'box_offset')
+
+#: Sides of the input of the network for many people are multiples of this.
+SIDE_STEP = 32
+#: Network pixels to a cell of the heads.
+STRIDE = 4
+
+#: A skeleton with fewer keypoints is no person.
+_MIN_KEYPOINTS = 3
+#: Two skeletons more alike than this are the same person, see _similarity.
+_SAME_PERSON = 0.5
+#: Distance of two marks of one keypoint at which they are half alike, over the person's size.
+_MARK_SPREAD = 0.1
+
+
+class MoveNet:
+    """
+    Finds people in BGR images.
+
+    :ivar inference_s: seconds that the network took for the last image.
+    :ivar many: whether the network finds more than one person.
+    """
+
+    def __init__(
+        self, path: Path, *, input_size: int, min_score: float, max_people: int,
+        threads: int = 0, provider: str = 'cpu',
+    ) -> None:
+        """
+        Open the network.
+
+        :param path: an ONNX file that `depth_person models install` has written.
+        :param input_size: longer side of the network's input, pixels; a network for one person
+            has its own.
+        :param min_score: keypoints and people that score less are missing.
+        :raises DepthPersonError: when the file is not such a network.
+        """
+        self._session = open_session(path, threads=threads, provider=provider)
+        outputs = {output.name for output in self._session.get_outputs()}
+        inputs = self._session.get_inputs()
+        if not outputs.issuperset(HEADS) or len(inputs) != 1 or len(inputs[0].shape) != 4:
+            raise DepthPersonError(
+                f'{path} has not the input and the outputs of a MoveNet ({", ".join(HEADS)}); '
+                'install one: depth_person models install')
+        self.many = outputs.issuperset(BOX_HEADS)
+        self._heads = [*HEADS, *BOX_HEADS] if self.many else list(HEADS)
+        self._input = inputs[0].name
+        self._min_score, self._max_people = min_score, max_people
+        self._letterbox = (
+            Letterbox(input_size, step=SIDE_STEP) if self.many
+            else Letterbox(inputs[0].shape[1], step=inputs[0].shape[1]))
+        self.inference_s = 0.0
+
+    def __call__(self, image: NDArray[np.uint8]) -> NDArray[np.float32]:
+        """
+        Return the people in an image, surest first.
+
+        :param image: (height, width, 3) BGR.
+        :returns: (n, 18, 3) COCO-18: raw pixels with centres at integers, score; NaN for a
+            keypoint that is missing.
+        """
+        network_image = self._letterbox.fill(image)
+        start = time.perf_counter()
+        heads = self._session.run(self._heads, {self._input: network_image})
+        self.inference_s = time.perf_counter() - start
+        heads = [head[0] for head in heads]
+        if self.many:
+            people = decode.decode_multi(
+                *heads, min_score=self._min_score, max_people=4 * self._max_people)
+            keypoints = people.keypoints
+        else:
+            keypoints = decode.decode_single(*heads)[None]
+        keypoints[keypoints[..., 2] < self._min_score] = np.nan
+        kept = np.flatnonzero(np.isfinite(keypoints[..., 2]).sum(1) >= _MIN_KEYPOINTS)
+        if self.many:
+            kept = kept[one_per_person(keypoints[kept], people.boxes[kept])]
+        keypoints = keypoints[kept[:self._max_people]]
+        keypoints[..., :2] = self._letterbox.to_raw(keypoints[..., :2] * STRIDE)
+        return from_coco17(keypoints)
+
+
+class Letterbox:
+    """
+    Fits images into the upper left of a network's input, which is reused.
+
+    :ivar size: width and height of the image in the input.
+    """
+
+    def __init__(self, long_side: int, *, step: int) -> None:
+        self._long_side, self._step = long_side, step
+        self._raw_size = self.size = (0, 0)
+        self._input = np.empty(0, np.uint8)
+
+    def fill(self, image: NDArray[np.uint8]) -> NDArray[np.uint8]:
+        """
+        Return the image as the network takes it, valid until the next call.
+
+        :param image: (height, width, 3) BGR.
+        :returns: (1, h, w, 3) RGB; black where the image does not reach.
+        """
+        height, width = image.shape[:2]
+        if (width, height) != self._raw_size:
+            self._resize_buffers(width, height)
+        cv2.resize(image, self.size, dst=self._resized, interpolation=cv2.INTER_AREA)
+        cv2.cvtColor(self._resized, cv2.COLOR_BGR2RGB, dst=self._view)
+        return self._input
+
+    def to_raw(self, xy: NDArray[np.float32]) -> NDArray[np.float32]:
+        """
+        Return where in the raw image positions in the network's input lie.
+
+        :param xy: (..., 2) from the outer corner of the first pixel.
+        :returns: (..., 2) with pixel centres at integers.
+        """
+        return xy * (np.array(self._raw_size) / self.size).astype(np.float32) - np.float32(0.5)
+
+    def _resize_buffers(self, width: int, height: int) -> None:
+        scale = self._long_side / max(width, height)
+        self._raw_size = (width, height)
+        self.size = (max(round(width * scale), 1), max(round(height * scale), 1))
+        columns, rows = (-(-side // self._step) * self._step for side in self.size)
+        self._input = np.zeros((1, rows, columns, 3), np.uint8)
+        self._view = self._input[0, :self.size[1], :self.size[0]]
+        self._resized = np.empty(self._view.shape, np.uint8)
+
+
+def one_per_person(
+    keypoints: NDArray[np.float32], boxes: NDArray[np.float32],
+) -> NDArray[np.intp]:
+    """
+    Return which skeletons to keep so that nobody is counted twice; earlier ones win.
+
+    :param keypoints: (n, 17, 3) x, y, score; NaN where missing.
+    :param boxes: (n, 4) x0, y0, x1, y1.
+    """
+    alike = _similarity(keypoints, boxes) > _SAME_PERSON
+    kept: list[int] = []
+    for index in range(len(keypoints)):
+        if not alike[index, kept].any():
+            kept.append(index)
+    return np.array(kept, np.intp)
+
+
+def _similarity(
+    keypoints: NDArray[np.float32], boxes: NDArray[np.float32],
+) -> NDArray[np.float32]:
+    """Return (n, n) how alike two skeletons are: 1 the same, 0 nothing in common."""
+    size = np.sqrt(np.prod(np.maximum(boxes[:, 2:] - boxes[:, :2], 1), axis=1))
+    size = np.minimum(size[:, None], size[None])
+    apart = keypoints[:, None, :, :2] - keypoints[None, :, :, :2]
+    apart = np.hypot(apart[..., 0], apart[..., 1]) / (_MARK_SPREAD * size)[..., None]
+    near = np.exp2(-np.nan_to_num(apart, nan=np.inf) ** 2)
+    fewer = np.isfinite(keypoints[..., 2]).sum(1)
+    return near.sum(2) / np.maximum(np.minimum(fewer[:, None], fewer[None]), 1)
