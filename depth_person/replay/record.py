@@ -1,0 +1,100 @@
+"""Checked access to what a JSON file holds."""
+from __future__ import annotations
+
+from collections.abc import Sequence
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depth_person.errors import DepthPersonError
+
+
+class Record:
+    """
+    A JSON object that names the file and the key of whatever is wrong with it.
+
+    A key that is absent or null is absent; asking for it is an error unless it is optional.
+    """
+
+    def __init__(self, values: Any, where: str) -> None:
+        if not isinstance(values, dict):
+            raise DepthPersonError(f'{where} is not a JSON object')
+        self._values = values
+        self._where = where
+
+    @classmethod
+    def read(cls, path: Path) -> Record:
+        """Return the object that a file holds."""
+        try:
+            return cls(json.loads(path.read_text(encoding='utf-8')), f'{path}:')
+        except OSError as error:
+            raise DepthPersonError(f'{path}: {error.strerror}') from error
+        except ValueError as error:
+            raise DepthPersonError(f'{path}: not valid JSON: {error}') from error
+
+    def __contains__(self, key: str) -> bool:
+        return self._values.get(key) is not None
+
+    def fault(self, key: str, what: str) -> DepthPersonError:
+        """Return the error that says what is wrong with a key."""
+        return DepthPersonError(f'{self._where} {key} {what}')
+
+    def _get(self, key: str) -> Any:
+        if key not in self:
+            raise self.fault(key, 'is missing')
+        return self._values[key]
+
+    def number(self, key: str) -> float:
+        """Return a finite number."""
+        value = self._get(key)
+        if isinstance(value, bool) or not isinstance(value, (int, float)):
+            raise self.fault(key, f'is not a number but {value!r}')
+        if not math.isfinite(value):
+            raise self.fault(key, f'is {value}')
+        return float(value)
+
+    def positive(self, key: str) -> float:
+        """Return a number above zero."""
+        value = self.number(key)
+        if value <= 0:
+            raise self.fault(key, f'is {value:g}, not positive')
+        return value
+
+    def text(self, key: str) -> str:
+        """Return a text."""
+        value = self._get(key)
+        if not isinstance(value, str):
+            raise self.fault(key, f'is not a text but {value!r}')
+        return value
+
+    def array(self, key: str, shape: Sequence[int]) -> NDArray[np.float64]:
+        """Return numbers in nested lists of this shape."""
+        value = self._get(key)
+        try:
+            array = np.asarray(value, np.float64)
+        except (TypeError, ValueError) as error:
+            raise self.fault(key, 'is not a list of numbers') from error
+        if array.shape != tuple(shape):
+            raise self.fault(key, f'has the shape {array.shape}, not {tuple(shape)}')
+        if not np.isfinite(array).all():
+            raise self.fault(key, 'holds NaN or infinity')
+        return array
+
+    def child(self, key: str) -> Record:
+        """Return the object under a key."""
+        return Record(self._get(key), f'{self._where} {key}:')
+
+    def children(self, key: str) -> list[Record]:
+        """Return the objects of a list."""
+        value = self._get(key)
+        if not isinstance(value, list):
+            raise self.fault(key, 'is not a list')
+        return [Record(item, f'{self._where} {key}[{i}]:') for i, item in enumerate(value)]
+
+    def get(self, key: str, default: Any = None) -> Any:
+        """Return what is under a key unchecked, or the default."""
+        return self._values[key] if key in self else default

@@ -1,0 +1,150 @@
+"""Measures errors on a folder of frames with known distances."""
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterator
+import json
+from pathlib import Path
+import sys
+from typing import Any
+
+from tqdm import tqdm
+
+from depth_person.distance.estimator import Body
+from depth_person.distance.estimators import ESTIMATORS, make_estimator
+from depth_person.errors import DepthPersonError
+from depth_person.replay.dataset import Fault
+from depth_person.replay.evaluate import Evaluation, Sample
+from depth_person.replay.keypoints import (
+    HIDDEN,
+    KeypointSource,
+    NetworkKeypoints,
+    RecordedKeypoints,
+    TrueKeypoints,
+)
+from depth_person.replay.metrics import summarise
+from depth_person.replay.reading import read_dataset
+
+#: Column heading -> the figure under it and how it is printed.
+_COLUMNS = {
+    'n': ('n', '{:d}'), 'found': ('found', '{:.0%}'), 'range': ('with_range', '{:.0%}'),
+    'median m': ('median_abs', '{:.2f}'), 'mean m': ('mean_abs', '{:.2f}'),
+    'median %': ('median_rel', '{:.1%}'), 'rmse m': ('rmse', '{:.2f}'),
+    'bias m': ('bias', '{:+.2f}'), '1 sigma': ('coverage_1', '{:.0%}'),
+    '2 sigma': ('coverage_2', '{:.0%}'), 'r': ('pearson_r', '{:.3f}'),
+    'shoulder px': ('median_shoulder_error_px', '{:.1f}'),
+}
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the verb's arguments."""
+    parser.add_argument(
+        'folder', type=Path, metavar='FOLDER',
+        help='gt/ beside images/, seq/NAME/ of the same, or a JSON file of recorded keypoints')
+    parser.add_argument(
+        '--estimator', choices=ESTIMATORS, default=ESTIMATORS[0], help='default %(default)s')
+    parser.add_argument(
+        '--keypoints', choices=('network', 'truth', 'recorded'), default='network',
+        help='where keypoints come from (default %(default)s)')
+    parser.add_argument(
+        '--noise', type=float, default=0.0, metavar='PX',
+        help='standard deviation added to true keypoints (default 0)')
+    parser.add_argument('--seed', type=int, default=0, help='of that noise (default 0)')
+    parser.add_argument(
+        '--hidden', choices=tuple(HIDDEN), default='own-body',
+        help='which hidden keypoints --keypoints truth gives: none, those behind the own body as '
+             'networks do, or all (default %(default)s)')
+    parser.add_argument(
+        '--measured-neck', action='store_true',
+        help='let --keypoints truth mark the neck itself, where it is known')
+    parser.add_argument(
+        '--mounting', choices=('none', 'truth'), default='none',
+        help="whether the estimator is told the camera's attitude and height")
+    parser.add_argument(
+        '--shoulder-width', type=float, metavar='M', help='of everyone, metres')
+    parser.add_argument('--stature', type=float, metavar='M', help='of everyone, metres')
+    parser.add_argument('--children', action='store_true', help='there may be children')
+    parser.add_argument(
+        '--pose-model', metavar='NAME', help='the network of --keypoints network')
+    parser.add_argument(
+        '--limit', type=int, metavar='N', help='stop after N stills and sequences')
+    parser.add_argument(
+        '--json', type=Path, metavar='OUT', help='write every sample and the summary')
+    parser.add_argument(
+        '--plots', type=Path, metavar='DIR', help='draw the errors as PNG files')
+
+
+def main(args: argparse.Namespace) -> int:
+    """Print the tables; return 1 when a frame could not be used."""
+    body = Body(
+        shoulder_width=args.shoulder_width, stature=args.stature, children=args.children)
+    dataset = read_dataset(args.folder)
+    evaluation = Evaluation(
+        _source(args), make_estimator(args.estimator, body=body),
+        use_mounting=args.mounting == 'truth')
+    clips = dataset.clips[:args.limit]
+    frames = tqdm(
+        evaluation.run(clips), total=sum(map(len, clips)), unit='frame', disable=None)
+    samples = [sample for frame in frames for sample in frame]
+    faults = [*dataset.faults, *evaluation.faults]
+    summary = summarise(samples)
+    print('\n'.join(_tables(summary)))
+    if args.json:
+        _write_json(args.json, args, samples, summary, faults)
+    if args.plots:
+        from depth_person.replay.plots import draw_plots  # needs matplotlib, an extra
+        draw_plots(samples, args.plots)
+    for fault in faults:
+        print(f'depth_person evaluate: left out {fault.file}: {fault.message}', file=sys.stderr)
+    return 1 if faults else 0
+
+
+def _source(args: argparse.Namespace) -> KeypointSource:
+    if args.keypoints == 'recorded':
+        return RecordedKeypoints()
+    if args.keypoints == 'truth':
+        return TrueKeypoints(
+            noise_px=args.noise, hidden=args.hidden, measure_neck=args.measured_neck,
+            seed=args.seed)
+    # The network's libraries are loaded only for this source.
+    from depth_person.pose.pipeline import PoseEstimator, PoseOptions
+    options = PoseOptions(model=args.pose_model) if args.pose_model else PoseOptions()
+    return NetworkKeypoints(lambda: PoseEstimator(options))
+
+
+def _tables(summary: dict[str, Any]) -> Iterator[str]:
+    """Yield the lines of the printed tables."""
+    width = max((len(name) for group in summary.values() if isinstance(group, dict)
+                 for name in group), default=0)
+    width = max(width, len('partly hidden'))
+    yield ' ' * width + ''.join(f'{heading:>12}' for heading in _COLUMNS)
+    groups = {'': {'overall': summary['overall']}, **{
+        key.removeprefix('by_'): group
+        for key, group in summary.items() if key.startswith('by_')}}
+    for title, group in groups.items():
+        if group and title:
+            yield title
+        for name, figures in group.items():
+            yield f'{name:<{width}}' + ''.join(
+                f'{"-" if figures[key] is None else form.format(figures[key]):>12}'
+                for key, form in _COLUMNS.values())
+    yield f'people found who are nobody: {summary["false_people"]}'
+
+
+def _write_json(
+    path: Path, args: argparse.Namespace, samples: list[Sample], summary: dict[str, Any],
+    faults: list[Fault],
+) -> None:
+    options = {
+        name: str(value) if isinstance(value, Path) else value
+        for name, value in vars(args).items() if name not in ('verb', 'json', 'plots')}
+    result = {
+        'options': options, 'summary': summary,
+        'faults': [vars(fault) for fault in faults],
+        'samples': [sample.as_json() for sample in samples],
+    }
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(json.dumps(result, indent=1, allow_nan=False), encoding='utf-8')
+    except OSError as error:
+        raise DepthPersonError(f'cannot write {path}: {error.strerror}') from error
