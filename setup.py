@@ -25,12 +25,15 @@ setup(
     package_data={package_name: ['py.typed']},
     python_requires='>=3.10,<3.14',
     install_requires=[
+        'lz4>=4.0',
+        'mcap>=1.2',
         'numpy>=1.26',
         'onnxruntime>=1.17',
         'opencv-python-headless>=4.6',
         'pyyaml>=6.0',
-        'rosbags>=0.10',
+        'rosbags>=0.11',
         'tqdm>=4.66',
+        'zstandard>=0.21',
     ],
     extras_require={
         'models': ['onnx>=1.16'],
@@ -43,7 +46,9 @@ setup(
         'test': [
             'colcon-common-extensions',
             'hypothesis>=6.100',
+            'imageio-ffmpeg>=0.5',
             'matplotlib>=3.8',
+            'mcap-ros2-support>=0.5',
             'mypy>=1.10',
             'onnx>=1.16',
             'pytest>=8.0',

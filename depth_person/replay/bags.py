@@ -57,7 +57,7 @@ class BagWriter:
         :param qos: the profiles that its publishers offer.
         """
         if msgtype not in self._types.types:
-            raise DepthPersonError(f'{topic} cannot be recorded: message type {msgtype} is unknown')
+            raise DepthPersonError(f'{topic} cannot be recorded: unknown type {msgtype}')
         self._connections[topic] = self._run(lambda: self._writer.add_connection(
             topic, msgtype, typestore=self._types, offered_qos_profiles=qos))
 

@@ -1,0 +1,49 @@
+"""What every source of frames gives."""
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from types import TracebackType
+from typing import TypeVar
+
+from depth_person.camera.frame import Frame
+from depth_person.errors import DepthPersonError
+
+S = TypeVar('S', bound='Source')
+
+
+class SourceLost(DepthPersonError):  # noqa: N818 - a loss, named in the interface
+    """A source has stopped that should have gone on: a stream lost, a file torn."""
+
+
+class Source(ABC):
+    """
+    Where frames come from; a context manager that closes on leaving.
+
+    :ivar live: whether the camera sets the pace. If not, frames come as fast as they are read, and
+        whoever reads paces them by their stamps.
+    :ivar description: what is read, for messages; holds no password.
+    """
+
+    live: bool = False
+    description: str
+
+    @abstractmethod
+    def read(self) -> Frame | None:
+        """
+        Return the next frame, waiting for it; None when the source has ended.
+
+        :raises SourceLost: when the source has stopped before its end.
+        """
+
+    @abstractmethod
+    def close(self) -> None:
+        """Stop reading; a second call does nothing."""
+
+    def __enter__(self: S) -> S:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self.close()

@@ -1,0 +1,159 @@
+"""
+Rosbag files whose end is missing, as a killed recorder or a full disk leaves them.
+
+rosbags refuses them. They are read from the front here, record by record, in the order in which
+they were written.
+"""
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Collection, Iterator
+from io import BytesIO
+import os
+from pathlib import Path
+import sqlite3
+import struct
+from typing import BinaryIO
+
+import lz4.frame
+from mcap.data_stream import ReadDataStream
+from mcap.opcode import Opcode
+from mcap.records import Channel, Chunk, Message, Schema
+from rosbags.interfaces import (
+    Connection,
+    ConnectionExtRosbag2,
+    MessageDefinition,
+    MessageDefinitionFormat,
+)
+import zstandard
+
+from depth_person.camera.bag_files import Record
+
+MCAP_MAGIC = b'\x89MCAP0\r\n'
+
+
+class TornMcap:
+    """An MCAP file without its end, or with damage somewhere."""
+
+    def __init__(self, path: Path) -> None:
+        self._file = path.open('rb')
+        self._schemas: dict[int, Schema] = {}
+        self._channels: dict[int, Channel] = {}
+        counts: Counter[int] = Counter(message.channel_id for message in self._scan())
+        self.damage: str | None = (
+            f'{path} is cut off or damaged: {sum(counts.values())} messages can be read')
+        self.connections = []
+        for channel in self._channels.values():
+            schema = self._schemas.get(channel.schema_id)
+            if schema is not None:
+                self.connections.append(_connection(
+                    channel.id, channel.topic, schema.name, count=counts[channel.id],
+                    definition=schema.data.decode(), definition_format=schema.encoding))
+
+    def messages(self, connections: Collection[Connection]) -> Iterator[Record]:
+        """Yield the messages of some connections in the order in which they were written."""
+        wanted = {connection.id: connection for connection in connections}
+        for message in self._scan():
+            connection = wanted.get(message.channel_id)
+            if connection is not None:
+                yield connection, message.log_time, message.data
+
+    def close(self) -> None:
+        """Close the file."""
+        self._file.close()
+
+    def _scan(self) -> Iterator[Message]:
+        """Yield every whole message, noting the schemas and channels on the way."""
+        self._file.seek(len(MCAP_MAGIC))
+        for opcode, body in _records(self._file):
+            if opcode != Opcode.CHUNK:
+                yield from self._parse(opcode, body)
+                continue
+            for inner_opcode, inner_body in _records(BytesIO(_unpack_chunk(body))):
+                yield from self._parse(inner_opcode, inner_body)
+
+    def _parse(self, opcode: int, body: bytes) -> Iterator[Message]:
+        stream = ReadDataStream(BytesIO(body))
+        if opcode == Opcode.MESSAGE:
+            yield Message.read(stream, len(body))
+        elif opcode == Opcode.SCHEMA:
+            schema = Schema.read(stream)
+            self._schemas[schema.id] = schema
+        elif opcode == Opcode.CHANNEL:
+            channel = Channel.read(stream)
+            self._channels[channel.id] = channel
+
+
+def _records(file: BinaryIO) -> Iterator[tuple[int, bytes]]:
+    """Yield opcode and body of each whole record, and of a chunk also what there is of it."""
+    position = file.tell()
+    end = file.seek(0, os.SEEK_END)
+    while position + 9 <= end:
+        file.seek(position)
+        opcode, length = struct.unpack('<BQ', file.read(9))
+        position += 9 + length
+        if position > end and opcode != Opcode.CHUNK:
+            return
+        yield opcode, file.read(min(length, end))
+
+
+def _unpack_chunk(body: bytes) -> bytes:
+    """Return the records in a chunk's body; of a chunk that is cut off those before the cut."""
+    try:
+        chunk = Chunk.read(ReadDataStream(BytesIO(body)))
+        if chunk.compression == 'zstd':
+            return zstandard.ZstdDecompressor().decompressobj().decompress(chunk.data)
+        if chunk.compression == 'lz4':
+            return lz4.frame.LZ4FrameDecompressor().decompress(chunk.data)
+        return chunk.data
+    except (EOFError, struct.error, RuntimeError, zstandard.ZstdError):
+        return b''  # cut within the chunk's head, or damaged; its messages are not counted
+
+
+class TornSqlite:
+    """An SQLite3 bag without its end, or with damage somewhere."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._database = sqlite3.connect(
+            f'{path.absolute().as_uri()}?mode=ro&immutable=1', uri=True)
+        self._database.execute('PRAGMA writable_schema=ON')  # else a short file is not even opened
+        self.damage: str | None = f'{path} is cut off or damaged'
+        topics = self._database.execute('SELECT id, name, type FROM topics')
+        self.connections = [_connection(*row) for row in topics]
+
+    def messages(self, connections: Collection[Connection]) -> Iterator[Record]:
+        """Yield the messages of some connections in the order in which they were written."""
+        wanted = {connection.id: connection for connection in connections}
+        rows = self._database.execute(
+            'SELECT topic_id, timestamp, data FROM messages ORDER BY id')
+        while True:
+            try:
+                row = next(rows, None)
+            except sqlite3.DatabaseError as error:
+                self.damage = f'{self._path} is cut off or damaged: {error}'
+                return
+            if row is None:
+                return
+            topic_id, stamp_ns, data = row
+            if topic_id in wanted:
+                yield wanted[topic_id], stamp_ns, data
+
+    def close(self) -> None:
+        """Close the file."""
+        self._database.close()
+
+
+def _connection(
+    number: int, topic: str, msgtype: str, *, count: int = 0, definition: str = '',
+    definition_format: str = '',
+) -> Connection:
+    formats = {
+        'ros2msg': MessageDefinitionFormat.MSG,
+        'ros2idl': MessageDefinitionFormat.IDL,
+    }
+    return Connection(
+        id=number, topic=topic, msgtype=msgtype,
+        msgdef=MessageDefinition(
+            formats.get(definition_format, MessageDefinitionFormat.NONE), definition),
+        digest='', msgcount=count, ext=ConnectionExtRosbag2('cdr', []), owner=None)
