@@ -1,0 +1,197 @@
+"""What all nodes of the package have in common."""
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+import time
+from typing import Any, Generic, TypeVar
+
+from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.clock import Clock
+from rclpy.clock_type import ClockType
+from rclpy.duration import Duration
+from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.publisher import Publisher
+from rclpy.subscription import Subscription
+
+from depth_person.nodes.monitor import Level, Monitor
+from depth_person.nodes.parameters import ParameterValue, specs, unknown_parameter
+from depth_person.nodes.qos import mismatches, overridable, publisher_profile, sensor_profile
+from depth_person.nodes.ros_parameters import declare, given_parameters, watch
+from depth_person.nodes.worker import Worker
+
+_DIAGNOSTICS_PERIOD_S = 1.0
+#: How long a closing node waits for slow subscribers.
+_FAREWELL_S = 1.0
+#: An input that is silent for longer, seconds, is reported.
+_SILENCE_S = 2.0
+
+Settings = TypeVar('Settings')
+
+
+class StageNode(Node, Generic[Settings]):
+    """
+    A node with checked parameters, QoS that can be overridden, and diagnostics.
+
+    :ivar settings: the parameters in force; replaced as a whole when one is set, so a thread
+        that reads it once sees one state.
+    :ivar monitor: what the diagnostics say.
+    :param overrides: parameters that come before those of files and the command line.
+    :raises DepthPersonError: when a parameter is out of range or of a wrong type.
+    """
+
+    def __init__(
+        self, name: str, settings: type[Settings], *,
+        overrides: Mapping[str, ParameterValue] | None = None,
+    ) -> None:
+        super().__init__(
+            name, automatically_declare_parameters_from_overrides=True,
+            parameter_overrides=[
+                Parameter(key, value=value) for key, value in (overrides or {}).items()])
+        self.monitor = Monitor(self._log)
+        self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 1)
+        self._endpoints: list[Publisher | Subscription] = []
+        self._received_s: dict[str, float] = {}
+        self._workers: list[Worker] = []
+        table = specs(settings)
+        given = given_parameters(self)
+        for key in given:
+            if wrong := unknown_parameter(key, table):
+                self.monitor.fault(f'parameter {key}', Level.WARN, wrong)
+        self.settings = settings(**declare(self, table, given))
+        watch(self, table, self._commit)
+        # Wall time: with use_sim_time and no /clock there is something to report, too.
+        self.create_timer(
+            _DIAGNOSTICS_PERIOD_S, self._publish_diagnostics,
+            clock=Clock(clock_type=ClockType.STEADY_TIME))
+
+    @property
+    def now_ns(self) -> int:
+        """The time of the node's clock, which may be simulated."""
+        return self.get_clock().now().nanoseconds
+
+    @property
+    def finished(self) -> bool:
+        """Whether there is nothing left to do; a node that only listens never is."""
+        return False
+
+    def work(self, name: str, target: Callable[[], None]) -> Worker:
+        """Return a thread that runs beside the executor from start to close."""
+        worker = Worker(name, target)
+        self._workers.append(worker)
+        return worker
+
+    def start(self) -> None:
+        """Start the threads."""
+        for worker in self._workers:
+            worker.start()
+
+    def raise_failure(self) -> None:
+        """Raise what ended a thread before its time."""
+        for worker in self._workers:
+            if worker.failure is not None:
+                raise worker.failure
+
+    def close(self) -> None:
+        """Stop the threads, and let what has been published go out."""
+        for worker in self._workers:
+            if not worker.stop():
+                self.get_logger().warning(f'{worker.name} does not stop; leaving it')
+        deadline = time.monotonic() + _FAREWELL_S
+        for publisher in self._endpoints:
+            if isinstance(publisher, Publisher):
+                left_s = max(deadline - time.monotonic(), 0.0)
+                publisher.wait_for_all_acked(Duration(seconds=left_s))
+
+    def check_health(self) -> None:
+        """Report or clear faults that show by what does not happen; called once a second."""
+
+    def settings_changed(self) -> None:
+        """Take the changed settings over."""
+
+    def advertise(self, message_type: type, topic: str) -> Publisher:
+        """Return a publisher with the package's profile, unless parameters override it."""
+        events = PublisherEventCallbacks(incompatible_qos=lambda _: self._check_qos())
+        publisher = self.create_publisher(
+            message_type, topic, publisher_profile(), event_callbacks=events,
+            qos_overriding_options=overridable())
+        self._endpoints.append(publisher)
+        return publisher
+
+    def listen(
+        self, message_type: type, topic: str, callback: Callable[[Any], None],
+    ) -> Subscription:
+        """
+        Return a subscription with the package's profile, unless parameters override it.
+
+        Silence on its topic is reported.
+        """
+        full_topic = self.resolve_topic_name(topic)
+
+        self._received_s[full_topic] = time.monotonic()
+
+        def receive(message: Any) -> None:
+            self._received_s[full_topic] = time.monotonic()
+            callback(message)
+
+        events = SubscriptionEventCallbacks(incompatible_qos=lambda _: self._check_qos())
+        subscription = self.create_subscription(
+            message_type, topic, receive, sensor_profile(), event_callbacks=events,
+            qos_overriding_options=overridable())
+        self._endpoints.append(subscription)
+        return subscription
+
+    def stop_listening(self, subscription: Subscription) -> None:
+        """Destroy a subscription that listen made."""
+        self._endpoints.remove(subscription)
+        self.monitor.clear(_key('qos', subscription))
+        self.monitor.clear(_key('silence', subscription))
+        self.destroy_subscription(subscription)
+
+    def _commit(self, changed: Mapping[str, ParameterValue]) -> None:
+        self.settings = replace(self.settings, **changed)  # type: ignore[type-var]
+        self.settings_changed()
+
+    def _check_qos(self) -> None:
+        for endpoint in self._endpoints:
+            key = _key('qos', endpoint)
+            if sentences := mismatches(self, endpoint):
+                self.monitor.fault(key, Level.ERROR, '; '.join(sentences))
+            else:
+                self.monitor.clear(key)
+
+    def _check_silence(self) -> None:
+        for endpoint in self._endpoints:
+            if isinstance(endpoint, Publisher):
+                continue
+            topic = endpoint.topic_name
+            silent_s = time.monotonic() - self._received_s[topic]
+            if silent_s < _SILENCE_S:
+                self.monitor.clear(_key('silence', endpoint))
+                continue
+            self.monitor.fault(
+                _key('silence', endpoint), Level.STALE,
+                f'no message on {topic} for {silent_s:.0f} s; it has '
+                f'{self.count_publishers(topic)} publishers')
+
+    def _publish_diagnostics(self) -> None:
+        self._check_qos()
+        self._check_silence()
+        self.check_health()
+        message = DiagnosticArray()
+        message.header.stamp = self.get_clock().now().to_msg()
+        name = self.get_fully_qualified_name().lstrip('/')
+        message.status = [self.monitor.status(name)]
+        self._diagnostics.publish(message)
+
+    def _log(self, level: Level, message: str) -> None:
+        if level == Level.ERROR:
+            self.get_logger().error(message)
+        else:
+            self.get_logger().warning(message)
+
+
+def _key(kind: str, endpoint: Publisher | Subscription) -> str:
+    return f'{kind}, {type(endpoint).__name__} of {endpoint.topic_name}'

@@ -1,0 +1,152 @@
+"""The node that publishes images and their intrinsics from any source."""
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+import threading
+
+from rosgraph_msgs.msg import Clock as ClockMessage
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image
+
+from depth_person.camera.calibration import load_camera_info
+from depth_person.camera.frame import Frame
+from depth_person.camera.intrinsics import Intrinsics
+from depth_person.camera.source import Source
+from depth_person.camera.sources import open_source
+from depth_person.errors import DepthPersonError
+from depth_person.nodes.base import StageNode
+from depth_person.nodes.frame_reader import FrameReader, is_live
+from depth_person.nodes.image_messages import encode_camera_info, encode_image, encode_jpeg, header
+from depth_person.nodes.monitor import Level
+from depth_person.nodes.parameters import CameraSettings, ParameterValue
+from depth_person.nodes.spin import main as run_main
+
+_SETTLE_S = 0.5
+_IDLE_S = 2.0
+
+
+class CameraNode(StageNode[CameraSettings]):
+    """
+    Publishes image_raw, image_raw/compressed and camera_info.
+
+    Images are encoded only for who subscribes; camera_info is always published.
+
+    :param deliver: takes every frame in memory before it is published.
+    :param has_subscribers: whether anyone awaits what comes of frames delivered in memory.
+    :raises DepthPersonError: when parameters are wrong, or a recording or calibration cannot be
+        opened; a live source may come later.
+    """
+
+    def __init__(
+        self, *, overrides: Mapping[str, ParameterValue] | None = None,
+        deliver: Callable[[Frame], None] | None = None,
+        has_subscribers: Callable[[], bool] = lambda: False,
+    ) -> None:
+        super().__init__('camera_node', CameraSettings, overrides=overrides)
+        settings = self.settings
+        if not settings.source:
+            raise DepthPersonError(
+                'no source is given; set the parameter source to a video file, a folder of '
+                'images, a device such as /dev/video0, a stream URL or a bag')
+        self._deliver = deliver
+        self._has_subscribers = has_subscribers
+        self._calibration: Intrinsics | None = None
+        if settings.camera_info_url:
+            _, self._calibration = load_camera_info(settings.camera_info_url)
+        self._image = self.advertise(Image, 'image_raw')
+        self._compressed = self.advertise(CompressedImage, 'image_raw/compressed')
+        self._camera_info = self.advertise(CameraInfo, 'camera_info')
+        self._clock_publisher = (
+            self.advertise(ClockMessage, '/clock') if settings.publish_clock else None)
+        worker = self.work('camera', self._run)
+        self._stopping = worker.stopping
+        self._reader = FrameReader(
+            self._open_source, live=is_live(settings.source), monitor=self.monitor,
+            stopping=worker.stopping, on_clock=self._publish_clock)
+        self._ended = threading.Event()
+
+    @property
+    def finished(self) -> bool:
+        """Whether the source has ended and its last frame has been published."""
+        return self._ended.is_set()
+
+    def check_health(self) -> None:
+        """Report a source that gives nothing."""
+        idle_s = self.monitor.idle_s()
+        if _IDLE_S < idle_s < float('inf'):
+            self.monitor.fault('idle', Level.STALE, f'no frame for {idle_s:.0f} s')
+        else:
+            self.monitor.clear('idle')
+
+    def _open_source(self) -> Source:
+        settings = self.settings
+        return open_source(
+            settings.source, frame_id=settings.frame_id, fps=settings.fps or None,
+            loop=settings.loop, image_topic=settings.image_topic or None,
+            clock=lambda: self.now_ns, timeout_s=settings.timeout)
+
+    def _run(self) -> None:
+        if self.settings.wait_for_subscribers:
+            self._wait_for_subscribers()
+        for frame in self._reader.frames():
+            self._publish(self._calibrated(frame))
+        self._ended.set()
+
+    def _wait_for_subscribers(self) -> None:
+        while not (self._image.get_subscription_count() or self._has_subscribers()
+                   or self._compressed.get_subscription_count()):
+            if self._stopping.wait(0.05):
+                return
+        self._stopping.wait(_SETTLE_S)  # the other nodes find each other at the same time
+
+    def _calibrated(self, frame: Frame) -> Frame:
+        """Return the frame with the intrinsics that it is published with, if they fit it."""
+        intrinsics = self._intrinsics(frame)
+        if intrinsics is None:
+            self.monitor.fault(
+                'calibration', Level.WARN, 'the camera is uncalibrated, so no distance can be '
+                'had; set camera_info_url to a calibration file, or horizontal_fov')
+        elif not intrinsics.fits(frame.image):
+            height, width = frame.image.shape[:2]
+            self.monitor.fault(
+                'calibration', Level.ERROR,
+                f'the calibration is for {intrinsics.width}x{intrinsics.height} px, the images '
+                f'have {width}x{height}; calibrate the camera at this resolution')
+            intrinsics = None
+        else:
+            self.monitor.clear('calibration')
+        return frame if intrinsics is frame.intrinsics else replace(frame, intrinsics=intrinsics)
+
+    def _intrinsics(self, frame: Frame) -> Intrinsics | None:
+        if self._calibration is not None:
+            return self._calibration
+        if self.settings.horizontal_fov:
+            height, width = frame.image.shape[:2]
+            return Intrinsics.from_horizontal_fov(
+                self.settings.horizontal_fov, width=width, height=height)
+        return frame.intrinsics
+
+    def _publish(self, frame: Frame) -> None:
+        if self._deliver is not None:
+            self._deliver(frame)
+        image_header = header(stamp_ns=frame.stamp_ns, frame_id=frame.frame_id)
+        height, width = frame.image.shape[:2]
+        self._camera_info.publish(
+            encode_camera_info(frame.intrinsics, image_header, width=width, height=height))
+        if self._image.get_subscription_count():
+            self._image.publish(encode_image(frame.image, image_header))
+        if self._compressed.get_subscription_count():
+            self._compressed.publish(
+                encode_jpeg(frame.image, image_header, quality=self.settings.jpeg_quality))
+        self.monitor.frame()
+        self.monitor.latency(stamp_ns=frame.stamp_ns, now_ns=self.now_ns)
+
+    def _publish_clock(self, stamp_ns: int) -> None:
+        if self._clock_publisher is not None:
+            self._clock_publisher.publish(
+                ClockMessage(clock=header(stamp_ns=stamp_ns, frame_id='').stamp))
+
+
+def main() -> int:
+    """Run camera_node as an executable."""
+    return run_main(CameraNode)

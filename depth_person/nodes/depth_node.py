@@ -1,0 +1,153 @@
+"""The node that turns keypoints into distances."""
+from __future__ import annotations
+
+from collections.abc import Mapping
+import time
+
+import numpy as np
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image, PointCloud2
+from std_msgs.msg import Header
+from visualization_msgs.msg import MarkerArray
+
+from depth_person.camera.frame import Frame
+from depth_person.camera.intrinsics import Intrinsics
+from depth_person.distance.estimator import Body, Cue, Distances, Reason
+from depth_person.distance.estimators import make_estimator
+from depth_person.errors import DepthPersonError
+from depth_person.nodes.base import StageNode
+from depth_person.nodes.calibration_input import CalibrationInput
+from depth_person.nodes.cloud_messages import decode_people, encode_distances
+from depth_person.nodes.image_input import ImageInput
+from depth_person.nodes.image_messages import header, image_size, stamp_ns
+from depth_person.nodes.marker_messages import encode_markers
+from depth_person.nodes.monitor import Level
+from depth_person.nodes.overlay_output import OverlayOutput, Result
+from depth_person.nodes.parameters import DepthSettings, ParameterValue
+from depth_person.nodes.spin import main as run_main
+from depth_person.pose.people import People
+
+
+class DepthNode(StageNode[DepthSettings]):
+    """
+    Publishes person_depth (markers), person_depth/people (numbers) and the overlay.
+
+    :param listen: whether keypoints come over a topic; otherwise `take` is called with them.
+    :raises DepthPersonError: when parameters are wrong.
+    """
+
+    def __init__(
+        self, *, overrides: Mapping[str, ParameterValue] | None = None, listen: bool = True,
+    ) -> None:
+        super().__init__('depth_node', DepthSettings, overrides=overrides)
+        self.settings_changed()
+        self._markers = self.advertise(MarkerArray, 'person_depth')
+        self._people = self.advertise(PointCloud2, 'person_depth/people')
+        self._overlay = OverlayOutput(self)
+        self._images = ImageInput(self, self._on_image, compressed=self.settings.compressed)
+        self._calibration = CalibrationInput(
+            self.monitor, topic=self.resolve_topic_name('camera_info'))
+        if listen:
+            self.listen(CameraInfo, 'camera_info', self._on_camera_info)
+            self.listen(PointCloud2, 'person_keypoints', self._on_keypoints)
+
+    @property
+    def has_subscribers(self) -> bool:
+        """Whether anyone awaits the results."""
+        return self._overlay.wanted or any(
+            publisher.get_subscription_count() for publisher in (self._markers, self._people))
+
+    def settings_changed(self) -> None:
+        """Compute with the new settings from the next frame on."""
+        self._estimator = make_estimator(
+            self.settings.estimator, body=Body(shoulder_width=self.settings.shoulder_width))
+
+    def take(self, frame: Frame, people: People) -> None:
+        """Measure the people of a frame that is handed over in memory."""
+        image_header = header(stamp_ns=frame.stamp_ns, frame_id=frame.frame_id)
+        result = self._measure(people, image_header, frame.intrinsics)
+        if self._overlay.wanted:
+            self._overlay.draw(frame, result)
+
+    def close(self) -> None:
+        """Stop drawing, then what all nodes stop."""
+        self._overlay.close()
+        super().close()
+
+    def _on_camera_info(self, message: CameraInfo) -> None:
+        if self._calibration.take(message):
+            self._images.open()  # one image tells whether this is its resolution
+
+    def _on_image(self, message: Image | CompressedImage) -> None:
+        try:
+            self._calibration.take_image_size(*image_size(message))
+        except DepthPersonError as error:
+            self.monitor.count('bad images')
+            self.monitor.fault('image', Level.WARN, str(error))
+            return
+        self.monitor.clear('image')
+        if self._overlay.wanted:
+            self._overlay.take_image(message)
+        else:
+            self._images.close()
+
+    def _on_keypoints(self, message: PointCloud2) -> None:
+        try:
+            people = decode_people(message)
+        except DepthPersonError as error:
+            self.monitor.count('bad keypoint messages')
+            self.monitor.fault('keypoints', Level.ERROR, str(error))
+            return
+        self.monitor.clear('keypoints')
+        intrinsics = self._calibration.intrinsics_for(message.header.frame_id)
+        result = self._measure(people, message.header, intrinsics)
+        if self._overlay.wanted:
+            self._images.open()
+            self._overlay.take_result(result, stamp_ns=stamp_ns(message.header))
+        else:
+            self._overlay.forget()
+
+    def _measure(
+        self, people: People, image_header: Header, intrinsics: Intrinsics | None,
+    ) -> Result:
+        """Publish how far the people of one image are."""
+        started = time.monotonic()
+        if intrinsics is None:
+            distances = uncalibrated(len(people))
+        else:
+            distances = within(
+                self._estimator.estimate(people, intrinsics), self.settings.max_range)
+        self._people.publish(encode_distances(people, distances, image_header))
+        self._markers.publish(encode_markers(people, distances, image_header, intrinsics))
+        self.monitor.frame()
+        self.monitor.count('people', len(people))
+        self.monitor.count('people without range', int((~distances.known).sum()))
+        self.monitor.sample('processing', time.monotonic() - started)
+        self.monitor.latency(stamp_ns=stamp_ns(image_header), now_ns=self.now_ns)
+        return Result(people, distances)
+
+
+def uncalibrated(count: int) -> Distances:
+    """Return the distances of people whose camera's intrinsics are not known: none."""
+    return Distances(
+        range=np.full(count, np.nan), range_sigma=np.full(count, np.nan),
+        position=np.full((count, 3), np.nan),
+        reason=np.full(count, Reason.UNCALIBRATED, np.uint8),
+        cues=np.full(count, Cue.NONE, np.uint8))
+
+
+def within(distances: Distances, max_range: float) -> Distances:
+    """Return the distances without those beyond max_range metres, which get their reason."""
+    far = distances.known & (distances.range > max_range)
+    if not far.any():
+        return distances
+    return Distances(
+        range=np.where(far, np.nan, distances.range),
+        range_sigma=np.where(far, np.nan, distances.range_sigma),
+        position=np.where(far[:, None], np.nan, distances.position),
+        reason=np.where(far, np.uint8(Reason.OUT_OF_RANGE), distances.reason),
+        cues=np.where(far, np.uint8(Cue.NONE), distances.cues))
+
+
+def main() -> int:
+    """Run depth_node as an executable."""
+    return run_main(DepthNode)

@@ -1,0 +1,106 @@
+"""Frames of a source in their time: paced, and opened again when a live one is lost."""
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+import threading
+import time
+
+from depth_person.camera.frame import Frame
+from depth_person.camera.source import Source
+from depth_person.camera.sources import STREAM_SCHEMES
+from depth_person.errors import DepthPersonError
+from depth_person.nodes.monitor import Level, Monitor
+
+_FIRST_DELAY_S = 1.0
+_LONGEST_DELAY_S = 10.0
+#: How often /clock is published between two frames.
+_CLOCK_PERIOD_S = 0.025
+#: Who is later than this, seconds, goes on from now instead of catching up.
+_LATEST_S = 1.0
+
+
+def is_live(spec: str) -> bool:
+    """Return whether a source is a device or a stream: one that may still come."""
+    spec = spec.strip()
+    return (spec.isdecimal() or spec.startswith('/dev/')
+            or spec.partition('://')[0] in STREAM_SCHEMES)
+
+
+class FrameReader:
+    """
+    Reads a source until it ends or is told to stop.
+
+    :param open_source: opens the source; called again after a live one was lost.
+    :param live: whether the source may come back. Any other is opened at once.
+    :param stopping: ends every wait.
+    :param on_clock: told the stamp that a recording has come to, between frames too.
+    :raises DepthPersonError: when a recording cannot be opened.
+    """
+
+    def __init__(
+        self, open_source: Callable[[], Source], *, live: bool, monitor: Monitor,
+        stopping: threading.Event, on_clock: Callable[[int], None],
+    ) -> None:
+        self._opened = None if live else open_source()
+        self._open = open_source
+        self._live = live
+        self._monitor = monitor
+        self._stopping = stopping
+        self._pacer = Pacer(stopping, on_clock)
+
+    def frames(self) -> Iterator[Frame]:
+        """Yield every frame when its time has come."""
+        delay_s = _FIRST_DELAY_S
+        while not self._stopping.is_set():
+            try:
+                with self._opened or self._open() as source:
+                    self._live = self._live or source.live
+                    self._monitor.value('source', source.description)
+                    for frame in iter(source.read, None):
+                        delay_s = _FIRST_DELAY_S
+                        self._monitor.clear('source')
+                        if not source.live:
+                            self._pacer.wait(frame.stamp_ns)
+                        if self._stopping.is_set():
+                            return
+                        yield frame
+                return
+            except DepthPersonError as error:
+                if not self._live:
+                    self._monitor.fault('source', Level.ERROR, str(error))
+                    return
+                self._monitor.count('reconnects')
+                self._monitor.fault(
+                    'source', Level.ERROR, f'{error}; trying again in {delay_s:.0f} s')
+            self._stopping.wait(delay_s)
+            delay_s = min(2 * delay_s, _LONGEST_DELAY_S)
+
+
+class Pacer:
+    """Holds recorded frames back until as much time has passed as between their stamps."""
+
+    def __init__(self, stopping: threading.Event, on_clock: Callable[[int], None]) -> None:
+        self._stopping = stopping
+        self._on_clock = on_clock
+        self._start_s = 0.0
+        self._start_ns: int | None = None
+        self._last_ns = 0
+
+    def wait(self, stamp_ns: int) -> None:
+        """Return when a frame of this stamp is due; stamps that jump back start anew."""
+        if self._start_ns is None or stamp_ns < self._last_ns:
+            self._begin(stamp_ns)
+        self._last_ns = stamp_ns
+        while (left_s := self._left_s(stamp_ns)) > 0 and not self._stopping.is_set():
+            self._on_clock(stamp_ns - int(left_s * 1e9))
+            self._stopping.wait(min(left_s, _CLOCK_PERIOD_S))
+        if left_s < -_LATEST_S:
+            self._begin(stamp_ns)
+        self._on_clock(stamp_ns)
+
+    def _begin(self, stamp_ns: int) -> None:
+        self._start_s, self._start_ns = time.monotonic(), stamp_ns
+
+    def _left_s(self, stamp_ns: int) -> float:
+        assert self._start_ns is not None
+        return self._start_s + (stamp_ns - self._start_ns) * 1e-9 - time.monotonic()

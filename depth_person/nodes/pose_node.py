@@ -1,0 +1,89 @@
+"""The node that finds people in images."""
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+import time
+
+from sensor_msgs.msg import CompressedImage, Image, PointCloud2
+
+from depth_person.camera.frame import Frame
+from depth_person.errors import DepthPersonError
+from depth_person.nodes.base import StageNode
+from depth_person.nodes.cloud_messages import encode_people
+from depth_person.nodes.image_input import ImageInput
+from depth_person.nodes.image_messages import decode_image, header
+from depth_person.nodes.monitor import Level
+from depth_person.nodes.parameters import ParameterValue, PoseSettings
+from depth_person.nodes.spin import main as run_main
+from depth_person.nodes.worker import Mailbox
+from depth_person.pose.people import People
+from depth_person.pose.pipeline import PoseEstimator, PoseOptions
+
+#: How long the last frame may take when the node is closed.
+_DRAIN_S = 2.0
+
+
+class PoseNode(StageNode[PoseSettings]):
+    """
+    Publishes person_keypoints for the newest image whenever the network is free.
+
+    :param deliver: takes every frame and its people in memory.
+    :param listen: whether images come over a topic; otherwise `take` is called with frames.
+    :raises DepthPersonError: when parameters are wrong, or the model is not installed.
+    """
+
+    def __init__(
+        self, *, overrides: Mapping[str, ParameterValue] | None = None,
+        deliver: Callable[[Frame, People], None] | None = None, listen: bool = True,
+    ) -> None:
+        super().__init__('pose_node', PoseSettings, overrides=overrides)
+        settings = self.settings
+        self._estimator = PoseEstimator(PoseOptions(
+            model=settings.model, input_size=settings.input_size, min_score=settings.min_score,
+            max_people=settings.max_people, threads=settings.threads,
+            provider=settings.provider))
+        self._deliver = deliver
+        self._mailbox: Mailbox[Frame | Image | CompressedImage] = Mailbox()
+        self._keypoints = self.advertise(PointCloud2, 'person_keypoints')
+        if listen:
+            ImageInput(self, self.take, compressed=settings.compressed).open()
+        self.work('pose', self._run)
+
+    def take(self, image: Frame | Image | CompressedImage) -> None:
+        """Leave a frame for the network; what it has not got to is dropped for a newer one."""
+        if self._mailbox.put(image):
+            self.monitor.count('dropped frames')
+
+    def close(self) -> None:
+        """Finish the last frame, then stop."""
+        deadline = time.monotonic() + _DRAIN_S
+        while not self._mailbox.idle and time.monotonic() < deadline:
+            time.sleep(0.01)
+        self._mailbox.close()
+        super().close()
+
+    def _run(self) -> None:
+        while (image := self._mailbox.take()) is not None:
+            started = time.monotonic()
+            try:
+                frame = image if isinstance(image, Frame) else decode_image(image)
+                people = self._estimator.estimate(frame)
+            except DepthPersonError as error:
+                self.monitor.count('bad images')
+                self.monitor.fault('image', Level.ERROR, str(error))
+                continue
+            self.monitor.clear('image')
+            image_header = header(stamp_ns=frame.stamp_ns, frame_id=frame.frame_id)
+            self._keypoints.publish(encode_people(people, image_header))
+            self.monitor.frame()
+            self.monitor.count('people', len(people))
+            self.monitor.sample('inference', self._estimator.inference_s)
+            self.monitor.sample('processing', time.monotonic() - started)
+            self.monitor.latency(stamp_ns=frame.stamp_ns, now_ns=self.now_ns)
+            if self._deliver is not None:
+                self._deliver(frame, people)
+
+
+def main() -> int:
+    """Run pose_node as an executable."""
+    return run_main(PoseNode)
