@@ -130,7 +130,6 @@ class BagReader:
             raise DepthPersonError(f'there is no bag at {self.path}')
         if self.path.is_file():
             return [_open_file(self.path)]
-        paths = _storage_files(self.path)
         if (self.path / 'metadata.yaml').exists():
             try:
                 return [WholeBag(self.path)]
@@ -138,11 +137,17 @@ class BagReader:
                 self._faults.append(f'{self.path} is damaged: {error}')
         else:
             LOG.warning('%s has no metadata.yaml; its files are read in name order', self.path)
-        if not paths:
+        files: list[BagFile] = []
+        for path in _storage_files(self.path):
+            try:
+                files.append(_open_file(path))
+            except DepthPersonError as error:
+                self._faults.append(str(error))
+        if not files:
             raise DepthPersonError(
                 '; '.join(self._faults) or
                 f'{self.path} is no rosbag: it holds no metadata.yaml and no .mcap or .db3 file')
-        return [_open_file(path) for path in paths]
+        return files
 
     def _list_topics(self) -> dict[str, Topic]:
         topics: dict[str, Topic] = {}

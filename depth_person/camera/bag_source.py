@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 import logging
 from pathlib import Path
 from typing import Any
@@ -69,8 +70,7 @@ class BagSource(Source):
             for frame in self._read_once():
                 first_ns = frame.stamp_ns if count == 0 else first_ns
                 last_ns, count = frame.stamp_ns, count + 1
-                yield Frame(frame.image, frame.stamp_ns + shift_ns, frame.frame_id,
-                            frame.intrinsics)
+                yield replace(frame, stamp_ns=frame.stamp_ns + shift_ns) if shift_ns else frame
             if self._reader.damage:
                 raise SourceLost(f'{self._reader.damage}; {count} images were read')
             if not count:
@@ -124,7 +124,7 @@ class BagSource(Source):
         if not candidates:
             raise DepthPersonError(
                 f'{self.description} has no topic of type {IMAGE} or {COMPRESSED_IMAGE}; it has '
-                f'{", ".join(self._reader.topics) or "no topics"}')
+                f'{", ".join(self._reader.topics) or self._reader.damage or "no topics"}')
         if len(candidates) > 1:
             raise DepthPersonError(
                 f'{self.description} has several image topics; choose by image_topic: {listed}')

@@ -2,8 +2,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+import math
+import os
 from pathlib import Path
-import re
 from threading import Condition, Thread
 import time
 from typing import Any, Protocol
@@ -14,7 +15,7 @@ from numpy.typing import NDArray
 
 from depth_person.camera.frame import Frame
 from depth_person.camera.opencv import open_capture
-from depth_person.camera.source import Source, SourceLost
+from depth_person.camera.source import mask_password, Source, SourceLost
 from depth_person.errors import DepthPersonError
 
 #: How long a stream may take to open and to show its first frame.
@@ -142,8 +143,6 @@ def open_device(
     path = Path(device)
     if not path.exists():
         raise DepthPersonError(f'there is no camera {device}; {_list_devices()}')
-    if not path.is_char_device():
-        raise DepthPersonError(f'{device} is no device; {_list_devices()}')
     try:
         path.open('rb').close()
     except PermissionError as error:
@@ -152,6 +151,8 @@ def open_device(
         ) from error
     except OSError as error:
         raise DepthPersonError(f'{device} cannot be opened: {error.strerror}') from error
+    # OpenCV waits ten seconds for a frame unless told otherwise before its first one.
+    os.environ.setdefault('OPENCV_VIDEOIO_V4L_SELECT_TIMEOUT', str(math.ceil(timeout_s)))
     capture = open_capture(device, cv2.CAP_V4L2)
     if not capture.isOpened():
         raise DepthPersonError(
@@ -183,14 +184,6 @@ def open_stream(
             'user and password are wrong; try the URL in a player')
     return LiveSource(capture, description=f'stream {mask_password(url)}', frame_id=frame_id,
                       clock=clock, timeout_s=timeout_s)
-
-
-def mask_password(url: str) -> str:
-    """Return a URL with its passwords replaced by ***."""
-    # Up to the last @, since passwords may hold @ and / without being quoted.
-    url = re.sub(r'(://[^:/@]*):.*@', r'\1:***@', url)
-    return re.sub(r'(?i)([?&][^=&]*(?:pass|pwd|token|key|auth|secret)[^=&]*)=[^&#]*',
-                  r'\1=***', url)
 
 
 def _list_devices() -> str:

@@ -1,20 +1,18 @@
-"""Opens cv2.VideoCapture without its noise on stderr."""
+"""OpenCV and FFmpeg without their noise on stderr."""
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from functools import lru_cache
 import os
 from threading import Lock
 from typing import Any
 
 import cv2
 
-# FFmpeg's own messages (-8 is quiet) repeat URLs with their passwords; OpenCV reads this
-# when it first opens a file or stream.
-os.environ.setdefault('OPENCV_FFMPEG_LOGLEVEL', '-8')
-
+#: cv2's LOG_LEVEL_FATAL, which its Python module does not name.
+LOG_FATAL = 1
 _OPTIONS = 'OPENCV_FFMPEG_CAPTURE_OPTIONS'
-_SILENT = 0
 _lock = Lock()
 
 
@@ -27,22 +25,24 @@ def open_capture(
     :param backend: cv2.CAP_FFMPEG or cv2.CAP_V4L2.
     :param parameters: pairs of property and value that take effect at opening.
     :param ffmpeg_options: in OpenCV's form key;value|key;value; the user's own in
-        OPENCV_FFMPEG_CAPTURE_OPTIONS go first.
+        OPENCV_FFMPEG_CAPTURE_OPTIONS take their place.
     """
-    with _lock, _quiet(), _environment(_OPTIONS, ffmpeg_options):
+    silence()
+    with _lock, _environment(_OPTIONS, ffmpeg_options):
         return cv2.VideoCapture(source, backend, list(parameters))
 
 
-@contextmanager
-def _quiet() -> Iterator[None]:
-    """Keep OpenCV from logging what its caller reports in better words."""
-    module = getattr(cv2.utils, 'logging', cv2)  # OpenCV 5 and 4
-    before = module.getLogLevel()
-    module.setLogLevel(_SILENT)
-    try:
-        yield
-    finally:
-        module.setLogLevel(before)
+@lru_cache(maxsize=1)
+def silence() -> None:
+    """
+    Keep OpenCV and FFmpeg from warning of what this package reports in better words.
+
+    FFmpeg's own messages repeat URLs with their passwords. Who wants them back sets
+    OPENCV_FFMPEG_LOGLEVEL and OPENCV_LOG_LEVEL.
+    """
+    os.environ.setdefault('OPENCV_FFMPEG_LOGLEVEL', '-8')  # which is FFmpeg's `quiet`
+    if 'OPENCV_LOG_LEVEL' not in os.environ:
+        getattr(cv2.utils, 'logging', cv2).setLogLevel(LOG_FATAL)  # its place in OpenCV 5 and 4
 
 
 @contextmanager

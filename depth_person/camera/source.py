@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+import re
 from types import TracebackType
 from typing import TypeVar
 
@@ -47,3 +48,11 @@ class Source(ABC):
         traceback: TracebackType | None,
     ) -> None:
         self.close()
+
+
+def mask_password(url: str) -> str:
+    """Return a URL with its passwords replaced by ***."""
+    # Up to the last @, since passwords may hold @ and / without being quoted.
+    url = re.sub(r'(://[^:/@]*):.*@', r'\1:***@', url)
+    return re.sub(r'(?i)([?&][^=&]*(?:pass|pwd|token|key|auth|secret)[^=&]*)=[^&#]*',
+                  r'\1=***', url)

@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+import os
 from pathlib import Path
 import time
 from urllib.parse import unquote, urlsplit
@@ -9,8 +10,8 @@ from urllib.parse import unquote, urlsplit
 from depth_person.camera.bag import is_bag
 from depth_person.camera.bag_source import BagSource
 from depth_person.camera.folder import ImageFolder
-from depth_person.camera.live import mask_password, open_device, open_stream
-from depth_person.camera.source import Source, SourceLost
+from depth_person.camera.live import open_device, open_stream
+from depth_person.camera.source import mask_password, Source, SourceLost
 from depth_person.camera.video import VideoFile
 from depth_person.errors import DepthPersonError
 
@@ -40,24 +41,16 @@ def open_source(
     :param timeout_s: a live source that sends no frame for so long is lost.
     :raises DepthPersonError: when there is nothing to read frames from.
     """
-    spec = spec.strip()
     if fps is not None and not 0 < fps <= 1000:
         raise DepthPersonError(f'{fps:g} frames a second are not between 0 and 1000')
-    scheme = urlsplit(spec).scheme if '://' in spec else ''
-    if scheme == 'file':
-        spec, scheme = unquote(urlsplit(spec).path), ''
-    if scheme:
-        return _open_url(spec, scheme, frame_id=frame_id, clock=clock, fps=fps, loop=loop,
+    spec = spec.strip()
+    if '://' in spec and not spec.startswith('file://'):
+        return _open_url(spec, frame_id=frame_id, clock=clock, fps=fps, loop=loop,
                          timeout_s=timeout_s)
-    if spec.isdecimal():
-        spec = f'/dev/video{spec}'
-    path = Path(spec).expanduser()
-    if spec.startswith('/dev/'):
-        return open_device(spec, frame_id=frame_id, clock=clock, fps=fps, timeout_s=timeout_s)
-    if not spec or not path.exists():
-        raise DepthPersonError(
-            f'source {spec!r} does not exist; give a video file, a folder of images, a rosbag, a '
-            'device such as /dev/video0, or a URL such as rtsp://HOST/PATH')
+    path = _to_path(spec)
+    if _is_device(path):
+        return open_device(str(path), frame_id=frame_id, clock=clock, fps=fps, timeout_s=timeout_s)
+    _check_readable(path, spec)
     if path.suffix == '.sdp':
         return open_stream(str(path), frame_id=frame_id, clock=clock, timeout_s=timeout_s)
     if is_bag(path):
@@ -67,10 +60,34 @@ def open_source(
     return VideoFile(str(path), frame_id=frame_id, clock=clock, fps=fps, loop=loop)
 
 
+def _to_path(spec: str) -> Path:
+    """Return the path of a file, folder or device."""
+    if spec.startswith('file://'):
+        return Path(unquote(urlsplit(spec).path))
+    return Path(f'/dev/video{spec}' if spec.isdecimal() else spec).expanduser()
+
+
+def _is_device(path: Path) -> bool:
+    """Return whether the path is a device, or would be if it were plugged in."""
+    if os.path.exists(path):
+        return path.is_char_device()
+    return path.is_relative_to('/dev')
+
+
+def _check_readable(path: Path, spec: str) -> None:
+    if not spec or not os.path.exists(path):
+        raise DepthPersonError(
+            f'source {spec!r} does not exist; give a video file, a folder of images, a rosbag, a '
+            'device such as /dev/video0, or a URL such as rtsp://HOST/PATH')
+    if not os.access(path, os.R_OK):
+        raise DepthPersonError(f'no permission to read {path}')
+
+
 def _open_url(
-    url: str, scheme: str, *, frame_id: str, clock: Callable[[], int], fps: float | None,
+    url: str, *, frame_id: str, clock: Callable[[], int], fps: float | None,
     loop: bool, timeout_s: float,
 ) -> Source:
+    scheme = url.partition('://')[0].lower()
     if scheme not in STREAM_SCHEMES:
         raise DepthPersonError(
             f'{mask_password(url)} cannot be opened; known are {", ".join(STREAM_SCHEMES)}')

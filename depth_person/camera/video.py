@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from depth_person.camera.frame import Frame
 from depth_person.camera.opencv import open_capture
-from depth_person.camera.source import Source, SourceLost
+from depth_person.camera.source import mask_password, Source, SourceLost
 from depth_person.errors import DepthPersonError
 
 LOG = logging.getLogger(__name__)
@@ -30,6 +30,7 @@ class VideoFile(Source):
 
     Stamps count from the time of opening at the file's frame rate.
 
+    :param path: of the file, or a URL that a web server has it under.
     :param fps: frames a second, instead of the file's.
     :param loop: start over at the end, with stamps that go on.
     :raises DepthPersonError: when the file cannot be read as a video.
@@ -39,8 +40,9 @@ class VideoFile(Source):
         self, path: str, *, frame_id: str, clock: Callable[[], int], fps: float | None = None,
         loop: bool = False,
     ) -> None:
-        self.description = f'video {path}'
         self._path = path
+        self._name = mask_password(path)
+        self.description = f'video {self._name}'
         self._frame_id = frame_id
         self._loop = loop
         self._capture, self._first = self._open()
@@ -78,12 +80,14 @@ class VideoFile(Source):
 
     def _open(self) -> tuple[Any, NDArray[np.uint8] | None]:
         """Open the file and read its first image, without which it is of no use."""
-        capture = open_capture(self._path, cv2.CAP_FFMPEG)
+        # FFmpeg takes what stands before a colon for a protocol, but not in an absolute path.
+        path = self._path if '://' in self._path else str(Path(self._path).absolute())
+        capture = open_capture(path, cv2.CAP_FFMPEG)
         good, image = capture.read()
         if not good:
             capture.release()
             raise DepthPersonError(
-                f'{self._path} cannot be read as a video: it is torn, empty or of another kind; '
+                f'{self._name} cannot be read as a video: it is torn, empty or of another kind; '
                 'try it in a player')
         return capture, image
 
@@ -91,7 +95,7 @@ class VideoFile(Source):
         fps = self._capture.get(cv2.CAP_PROP_FPS)
         if math.isfinite(fps) and fps > 0:
             return fps
-        LOG.warning('%s does not say its frame rate; taken as %g', self._path, DEFAULT_FPS)
+        LOG.warning('%s does not say its frame rate; taken as %g', self._name, DEFAULT_FPS)
         return DEFAULT_FPS
 
     def _next_image(self) -> NDArray[np.uint8] | None:
@@ -107,5 +111,5 @@ class VideoFile(Source):
         tolerated = 2 if exact else max(2.0, self.fps)
         if self._capture.isOpened() and self._stated - self._read_now > tolerated:
             raise SourceLost(
-                f'{self._path} is torn: {self._read_now} of {self._stated:.0f} frames could be '
+                f'{self._name} is torn: {self._read_now} of {self._stated:.0f} frames could be '
                 'read; copy or record it again')
