@@ -20,13 +20,12 @@ from depth_person.nodes.monitor import Level, Monitor
 from depth_person.nodes.parameters import ParameterValue, specs, unknown_parameter
 from depth_person.nodes.qos import mismatches, overridable, publisher_profile, sensor_profile
 from depth_person.nodes.ros_parameters import declare, given_parameters, watch
+from depth_person.nodes.traffic import Traffic
 from depth_person.nodes.worker import Worker
 
 _DIAGNOSTICS_PERIOD_S = 1.0
 #: How long a closing node waits for slow subscribers.
 _FAREWELL_S = 1.0
-#: An input that is silent for longer, seconds, is reported.
-_SILENCE_S = 2.0
 
 Settings = TypeVar('Settings')
 
@@ -52,15 +51,15 @@ class StageNode(Node, Generic[Settings]):
                 Parameter(key, value=value) for key, value in (overrides or {}).items()])
         self.monitor = Monitor(self._log)
         self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 1)
-        self._endpoints: list[Publisher | Subscription] = []
-        self._received_s: dict[str, float] = {}
+        self._offered: list[Publisher] = []
+        self._traffic: dict[Subscription, Traffic] = {}
         self._workers: list[Worker] = []
         table = specs(settings)
-        given = given_parameters(self)
-        for key in given:
+        self._given = given_parameters(self)
+        for key in self._given:
             if wrong := unknown_parameter(key, table):
                 self.monitor.fault(f'parameter {key}', Level.WARN, wrong)
-        self.settings = settings(**declare(self, table, given))
+        self.settings = settings(**declare(self, table, self._given))
         watch(self, table, self._commit)
         # Wall time: with use_sim_time and no /clock there is something to report, too.
         self.create_timer(
@@ -85,6 +84,12 @@ class StageNode(Node, Generic[Settings]):
 
     def start(self) -> None:
         """Start the threads."""
+        for key in self._given:
+            if key.startswith('qos_overrides.') and not self.has_parameter(key):
+                self.monitor.fault(
+                    f'parameter {key}', Level.WARN,
+                    f'{key} has no effect: {self.get_name()} has no such publisher or '
+                    'subscription, or not that policy')
         for worker in self._workers:
             worker.start()
 
@@ -100,10 +105,9 @@ class StageNode(Node, Generic[Settings]):
             if not worker.stop():
                 self.get_logger().warning(f'{worker.name} does not stop; leaving it')
         deadline = time.monotonic() + _FAREWELL_S
-        for publisher in self._endpoints:
-            if isinstance(publisher, Publisher):
-                left_s = max(deadline - time.monotonic(), 0.0)
-                publisher.wait_for_all_acked(Duration(seconds=left_s))
+        for publisher in self._offered if self.context.ok() else ():
+            left_s = max(deadline - time.monotonic(), 0.0)
+            publisher.wait_for_all_acked(Duration(seconds=left_s))
 
     def check_health(self) -> None:
         """Report or clear faults that show by what does not happen; called once a second."""
@@ -117,7 +121,7 @@ class StageNode(Node, Generic[Settings]):
         publisher = self.create_publisher(
             message_type, topic, publisher_profile(), event_callbacks=events,
             qos_overriding_options=overridable())
-        self._endpoints.append(publisher)
+        self._offered.append(publisher)
         return publisher
 
     def listen(
@@ -128,26 +132,25 @@ class StageNode(Node, Generic[Settings]):
 
         Silence on its topic is reported.
         """
-        full_topic = self.resolve_topic_name(topic)
-
-        self._received_s[full_topic] = time.monotonic()
+        traffic = Traffic(self.resolve_topic_name(topic), self.monitor)
 
         def receive(message: Any) -> None:
-            self._received_s[full_topic] = time.monotonic()
+            traffic.receive()
             callback(message)
 
-        events = SubscriptionEventCallbacks(incompatible_qos=lambda _: self._check_qos())
+        events = SubscriptionEventCallbacks(
+            incompatible_qos=lambda _: self._check_qos(),
+            message_lost=lambda event: traffic.lose(event.total_count_change))
         subscription = self.create_subscription(
             message_type, topic, receive, sensor_profile(), event_callbacks=events,
             qos_overriding_options=overridable())
-        self._endpoints.append(subscription)
+        self._traffic[subscription] = traffic
         return subscription
 
     def stop_listening(self, subscription: Subscription) -> None:
         """Destroy a subscription that listen made."""
-        self._endpoints.remove(subscription)
-        self.monitor.clear(_key('qos', subscription))
-        self.monitor.clear(_key('silence', subscription))
+        self._traffic.pop(subscription).forget()
+        self.monitor.clear(_qos_key(subscription))
         self.destroy_subscription(subscription)
 
     def _commit(self, changed: Mapping[str, ParameterValue]) -> None:
@@ -155,30 +158,17 @@ class StageNode(Node, Generic[Settings]):
         self.settings_changed()
 
     def _check_qos(self) -> None:
-        for endpoint in self._endpoints:
-            key = _key('qos', endpoint)
+        for endpoint in (*self._offered, *self._traffic):
+            key = _qos_key(endpoint)
             if sentences := mismatches(self, endpoint):
                 self.monitor.fault(key, Level.ERROR, '; '.join(sentences))
             else:
                 self.monitor.clear(key)
 
-    def _check_silence(self) -> None:
-        for endpoint in self._endpoints:
-            if isinstance(endpoint, Publisher):
-                continue
-            topic = endpoint.topic_name
-            silent_s = time.monotonic() - self._received_s[topic]
-            if silent_s < _SILENCE_S:
-                self.monitor.clear(_key('silence', endpoint))
-                continue
-            self.monitor.fault(
-                _key('silence', endpoint), Level.STALE,
-                f'no message on {topic} for {silent_s:.0f} s; it has '
-                f'{self.count_publishers(topic)} publishers')
-
     def _publish_diagnostics(self) -> None:
         self._check_qos()
-        self._check_silence()
+        for subscription, traffic in self._traffic.items():
+            traffic.check(publishers=self.count_publishers(subscription.topic_name))
         self.check_health()
         message = DiagnosticArray()
         message.header.stamp = self.get_clock().now().to_msg()
@@ -193,5 +183,5 @@ class StageNode(Node, Generic[Settings]):
             self.get_logger().warning(message)
 
 
-def _key(kind: str, endpoint: Publisher | Subscription) -> str:
-    return f'{kind}, {type(endpoint).__name__} of {endpoint.topic_name}'
+def _qos_key(endpoint: Publisher | Subscription) -> str:
+    return f'qos of the {type(endpoint).__name__} of {endpoint.topic_name}'

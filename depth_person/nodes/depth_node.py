@@ -49,6 +49,7 @@ class DepthNode(StageNode[DepthSettings]):
         if listen:
             self.listen(CameraInfo, 'camera_info', self._on_camera_info)
             self.listen(PointCloud2, 'person_keypoints', self._on_keypoints)
+            self._images.open()  # one image tells the resolution that camera_info must have
 
     @property
     def has_subscribers(self) -> bool:
@@ -75,7 +76,7 @@ class DepthNode(StageNode[DepthSettings]):
 
     def _on_camera_info(self, message: CameraInfo) -> None:
         if self._calibration.take(message):
-            self._images.open()  # one image tells whether this is its resolution
+            self._images.open()  # what it belongs to may have changed too
 
     def _on_image(self, message: Image | CompressedImage) -> None:
         try:

@@ -31,17 +31,15 @@ class FrameReader:
     Reads a source until it ends or is told to stop.
 
     :param open_source: opens the source; called again after a live one was lost.
-    :param live: whether the source may come back. Any other is opened at once.
+    :param live: whether the source may come later, or come back.
     :param stopping: ends every wait.
     :param on_clock: told the stamp that a recording has come to, between frames too.
-    :raises DepthPersonError: when a recording cannot be opened.
     """
 
     def __init__(
         self, open_source: Callable[[], Source], *, live: bool, monitor: Monitor,
         stopping: threading.Event, on_clock: Callable[[int], None],
     ) -> None:
-        self._opened = None if live else open_source()
         self._open = open_source
         self._live = live
         self._monitor = monitor
@@ -49,15 +47,20 @@ class FrameReader:
         self._pacer = Pacer(stopping, on_clock)
 
     def frames(self) -> Iterator[Frame]:
-        """Yield every frame when its time has come."""
+        """
+        Yield every frame when its time has come.
+
+        :raises DepthPersonError: when a recording gives no frame at all; a torn one just ends.
+        """
         delay_s = _FIRST_DELAY_S
+        started = False
         while not self._stopping.is_set():
             try:
-                with self._opened or self._open() as source:
+                with self._open() as source:
                     self._live = self._live or source.live
                     self._monitor.value('source', source.description)
                     for frame in iter(source.read, None):
-                        delay_s = _FIRST_DELAY_S
+                        delay_s, started = _FIRST_DELAY_S, True
                         self._monitor.clear('source')
                         if not source.live:
                             self._pacer.wait(frame.stamp_ns)
@@ -66,6 +69,8 @@ class FrameReader:
                         yield frame
                 return
             except DepthPersonError as error:
+                if not self._live and not started:
+                    raise
                 if not self._live:
                     self._monitor.fault('source', Level.ERROR, str(error))
                     return

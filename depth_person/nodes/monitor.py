@@ -4,6 +4,7 @@ from __future__ import annotations
 from collections import Counter, deque
 from collections.abc import Callable
 from enum import Enum
+import re
 import threading
 import time
 
@@ -97,10 +98,11 @@ class Monitor:
         now = self._clock()
         with self._lock:
             self._faults[key] = (level, message)
+            kind = re.sub(r'\d+', '#', message)  # one that only counts on is not new
             logged_at, logged = self._logged.get(key, (float('-inf'), ''))
-            due = now - logged_at >= (_LOG_PERIOD_S if message == logged else _LOG_MIN_PERIOD_S)
+            due = now - logged_at >= (_LOG_PERIOD_S if kind == logged else _LOG_MIN_PERIOD_S)
             if due:
-                self._logged[key] = (now, message)
+                self._logged[key] = (now, kind)
         if due:
             self._log(level, message)
 

@@ -1,0 +1,64 @@
+"""What arrives on a subscription, and what does not."""
+from __future__ import annotations
+
+import time
+
+from depth_person.nodes.monitor import Level, Monitor
+
+#: A topic that is silent for longer, seconds, is reported.
+_SILENCE_S = 2.0
+#: More than this share of messages lost in transport is reported.
+_LOSS = 0.1
+
+
+class Traffic:
+    """
+    Counts the messages of one topic.
+
+    :param topic: its full name.
+    """
+
+    def __init__(self, topic: str, monitor: Monitor) -> None:
+        self._topic = topic
+        self._monitor = monitor
+        self._newest_s = time.monotonic()
+        self._received = 0
+        self._lost = 0
+
+    def receive(self) -> None:
+        """Note that a message has come."""
+        self._newest_s = time.monotonic()
+        self._received += 1
+
+    def lose(self, number: int) -> None:
+        """Note that messages were lost in transport, or for want of room in the queue."""
+        self._lost += number
+        self._monitor.count(f'lost on {self._topic}', number)
+
+    def check(self, *, publishers: int) -> None:
+        """Report silence and losses since the last call."""
+        silent_s = time.monotonic() - self._newest_s
+        received, lost = self._received, self._lost
+        self._received = self._lost = 0
+        if silent_s > _SILENCE_S:
+            self._monitor.fault(
+                self._key('silence'), Level.STALE,
+                f'no message on {self._topic} for {silent_s:.0f} s; it has {publishers} '
+                'publishers')
+        else:
+            self._monitor.clear(self._key('silence'))
+        if lost > _LOSS * received:
+            self._monitor.fault(
+                self._key('losses'), Level.WARN,
+                f'messages get lost on {self._topic}; if its publisher is reliable, set the '
+                f'parameter qos_overrides.{self._topic}.subscription.reliability to reliable')
+        else:
+            self._monitor.clear(self._key('losses'))
+
+    def forget(self) -> None:
+        """Take back what was reported; the subscription has been given up."""
+        self._monitor.clear(self._key('silence'))
+        self._monitor.clear(self._key('losses'))
+
+    def _key(self, kind: str) -> str:
+        return f'{kind} on {self._topic}'

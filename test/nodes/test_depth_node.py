@@ -1,0 +1,204 @@
+"""depth_node in a process of its own, fed over DDS."""
+import struct
+
+from diagnostic_msgs.msg import DiagnosticStatus
+import numpy as np
+import pytest
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image, PointCloud2, PointField
+from visualization_msgs.msg import Marker, MarkerArray
+
+FACE_TO_FACE = {  # shoulders 90 px apart, at f = 900 px
+    0: (640, 300), 1: (640, 360), 2: (595, 360), 5: (685, 360), 8: (610, 500), 11: (670, 500)}
+
+
+def camera_info(width=1280, height=720, focal_length=900.0, frame_id='camera_optical_frame'):
+    message = CameraInfo(width=width, height=height, distortion_model='plumb_bob', d=[0.0] * 5)
+    message.header.frame_id = frame_id
+    message.k = [focal_length, 0.0, 640.0, 0.0, focal_length, 360.0, 0.0, 0.0, 1.0]
+    return message
+
+
+def keypoints(*people, second=7):
+    """Return the cloud of people given as {row: (u, v)}, packed by hand."""
+    message = PointCloud2(
+        height=len(people), width=18, point_step=16, row_step=288, is_dense=False,
+        fields=[PointField(name=name, offset=offset, datatype=datatype, count=1)
+                for name, offset, datatype in (
+                    ('u', 0, 7), ('v', 4, 7), ('score', 8, 7), ('track_id', 12, 5))])
+    nothing = (float('nan'),) * 3
+    message.data = b''.join(
+        struct.pack('<fffi', *((*rows[row], 0.9) if row in rows else nothing), track_id)
+        for track_id, rows in enumerate(people, start=3) for row in range(18))
+    message.header.frame_id = 'camera_optical_frame'
+    message.header.stamp.sec = second
+    message.header.stamp.nanosec = 123456789
+    return message
+
+
+class Harness:
+    """A running depth_node and both ends of its topics."""
+
+    def __init__(self, domain, program):
+        self.domain = domain
+        self.program = program
+        self.people = domain.listen(PointCloud2, 'person_depth/people')
+        self.markers = domain.listen(MarkerArray, 'person_depth')
+        self.camera_info = domain.publisher(CameraInfo, 'camera_info')
+        self.keypoints = domain.publisher(PointCloud2, 'person_keypoints')
+        domain.spin_until(lambda: domain.node.count_publishers('person_depth') and
+                          domain.node.count_publishers('person_depth/people'))
+        domain.spin_for(0.5)
+
+    def measure(self, cloud, info=None):
+        """Return the people and markers that a cloud of keypoints gives."""
+        if info is not None:
+            self.camera_info.publish(info)
+            self.domain.spin_for(0.2)
+        del self.people[:], self.markers[:]
+        self.keypoints.publish(cloud)
+        self.domain.spin_until(lambda: self.people and self.markers)
+        return self.people[-1], self.markers[-1].markers
+
+
+@pytest.fixture(scope='module')
+def harness(shared_domain):
+    program = shared_domain.start('depth_node', '--ros-args', '-p', 'estimator:=shoulder')
+    return Harness(shared_domain, program)
+
+
+def test_a_person_is_measured_as_documented(harness):
+    people, markers = harness.measure(keypoints(FACE_TO_FACE), camera_info())
+    assert (people.height, people.width, people.point_step, people.row_step) == (1, 1, 40, 40)
+    assert people.header == keypoints().header
+    assert people.is_dense
+    assert [(field.name, field.offset, field.datatype) for field in people.fields] == [
+        ('x', 0, 7), ('y', 4, 7), ('z', 8, 7), ('range', 12, 7), ('range_sigma', 16, 7),
+        ('score', 20, 7), ('track_id', 24, 5), ('u', 28, 7), ('v', 32, 7), ('reason', 36, 2),
+        ('cues', 37, 2)]
+    x, y, z, distance, sigma, score, track_id, u, v, reason, cues = struct.unpack(
+        '<ffffffiffBBxx', people.data)
+    assert (x, y, z, distance) == pytest.approx((0, 0, 3.5, 3.5), abs=0.05)  # 900 * 0.35 / 90
+    assert 0.1 < sigma < 1.0
+    assert (track_id, u, v, reason, cues) == (3, 640, 360, 0, 1)
+    assert score == pytest.approx(0.9)
+    assert [(marker.ns, marker.id, marker.action) for marker in markers] == [
+        ('', 0, Marker.DELETEALL), ('person', 3, Marker.ADD), ('label', 3, Marker.ADD),
+        ('uncertainty', 3, Marker.ADD), ('skeleton', 3, Marker.ADD)]
+    assert all(marker.header == people.header for marker in markers)
+    neck = markers[1].pose.position
+    assert (neck.x, neck.y, neck.z) == pytest.approx((x, y, z), abs=1e-5)
+
+
+def test_nobody_clears_the_markers_and_is_an_empty_cloud(harness):
+    people, markers = harness.measure(keypoints(), camera_info())
+    assert (people.width, len(people.data)) == (0, 0)
+    assert [marker.action for marker in markers] == [Marker.DELETEALL]
+
+
+def test_a_person_without_a_range_is_in_the_cloud_with_the_reason_only(harness):
+    people, markers = harness.measure(
+        keypoints({0: (640, 300), 2: (595, 360)}, FACE_TO_FACE), camera_info())
+    first = struct.unpack_from('<ffffffiffBBxx', people.data)
+    assert np.isnan(first[:5]).all()
+    assert (first[6], first[9], first[10]) == (3, 2, 0)
+    assert not people.is_dense
+    assert {marker.id for marker in markers[1:]} == {4}
+
+
+@pytest.mark.parametrize(('info', 'said'), [
+    (camera_info(focal_length=0.0), 'uncalibrated'),
+    (camera_info(focal_length=float('nan')), 'NaN'),
+    (camera_info(width=0), 'size'),
+    (camera_info(focal_length=-900.0), 'not positive'),
+])
+def test_a_useless_camera_info_is_reported_and_a_good_one_mends_it(harness, info, said):
+    people, markers = harness.measure(keypoints(FACE_TO_FACE), info)
+    assert (people.width, people.data[36]) == (1, 1)
+    assert len(markers) == 1
+    harness.domain.fault('depth_node', said)
+    people, _ = harness.measure(keypoints(FACE_TO_FACE), camera_info())
+    assert people.data[36] == 0
+    harness.domain.status('depth_node', lambda status: said not in status.message)
+
+
+def test_a_camera_info_of_another_resolution_is_refused(harness):
+    images = harness.domain.node.create_publisher(Image, 'image_raw', 1)
+    harness.measure(keypoints(FACE_TO_FACE), camera_info(width=640, height=360))
+    harness.domain.spin_until(images.get_subscription_count)
+    images.publish(Image(
+        width=1280, height=720, encoding='mono8', step=1280, data=bytes(1280 * 720)))
+    harness.domain.spin_until(lambda: not images.get_subscription_count())
+    people, markers = harness.measure(keypoints(FACE_TO_FACE))
+    assert people.data[36] == 1
+    assert len(markers) == 1
+    harness.domain.fault('depth_node', 'is for 640x360 px, the images have 1280x720')
+    people, _ = harness.measure(keypoints(FACE_TO_FACE), camera_info())
+    assert people.data[36] == 0
+    harness.domain.node.destroy_publisher(images)
+
+
+def test_a_camera_info_of_another_frame_is_reported(harness):
+    people, _ = harness.measure(keypoints(FACE_TO_FACE), camera_info(frame_id='left'))
+    assert people.data[36] == 0
+    harness.domain.fault('depth_node', "is of frame 'left'", DiagnosticStatus.WARN)
+
+
+def test_a_foreign_cloud_is_reported_and_the_next_good_one_measured(harness):
+    foreign = keypoints(FACE_TO_FACE)
+    foreign.fields = foreign.fields[:3]
+    short = keypoints(FACE_TO_FACE)
+    short.data = short.data[:100]
+    harness.keypoints.publish(foreign)
+    harness.domain.fault('depth_node', "lacks the field 'track_id'")
+    harness.keypoints.publish(short)
+    harness.domain.fault('depth_node', 'comes in 100 bytes')
+    people, _ = harness.measure(keypoints(FACE_TO_FACE), camera_info())
+    assert people.width == 1
+
+
+def test_parameters_are_refused_with_the_reason_or_change_the_next_result(harness):
+    set_parameter = harness.domain.set_parameter
+    refused = set_parameter('depth_node', 'shoulder_width', 7.0)
+    assert not refused.successful
+    assert 'out of range' in refused.reason
+    refused = set_parameter('depth_node', 'estimator', 'guess')
+    assert not refused.successful
+    assert "'guess' is not one of" in refused.reason
+    assert not set_parameter('depth_node', 'shoulder_width', 'wide').successful
+    assert not set_parameter('depth_node', 'compressed', True).successful  # read-only
+    assert set_parameter('depth_node', 'max_range', 3).successful  # an integer for a double
+    people, markers = harness.measure(keypoints(FACE_TO_FACE), camera_info())
+    assert people.data[36] == 5
+    assert len(markers) == 1
+    assert set_parameter('depth_node', 'max_range', 100.0).successful
+    assert set_parameter('depth_node', 'shoulder_width', 0.7).successful
+    people, _ = harness.measure(keypoints(FACE_TO_FACE))
+    assert struct.unpack_from('<f', people.data, 12)[0] == pytest.approx(7.0, abs=0.1)
+    assert set_parameter('depth_node', 'shoulder_width', 0.35).successful
+
+
+def test_the_overlay_is_drawn_into_the_image_of_the_same_stamp(harness):
+    domain = harness.domain
+    pictures = domain.listen(CompressedImage, 'person_depth/image/compressed')
+    images = domain.node.create_publisher(Image, 'image_raw', 1)
+    image = Image(width=1280, height=720, encoding='mono8', step=1280, data=bytes(1280 * 720))
+    cloud = keypoints(FACE_TO_FACE, second=9)
+    image.header = cloud.header
+
+    def publish_both():
+        if images.get_subscription_count():
+            images.publish(image)
+        harness.keypoints.publish(cloud)
+        domain.spin_for(0.1)
+        return pictures
+
+    domain.spin_until(publish_both)
+    assert pictures[0].header == cloud.header
+    assert bytes(pictures[0].data[:2]) == b'\xff\xd8'
+    domain.node.destroy_publisher(images)
+
+
+def test_ctrl_c_ends_it_without_a_traceback(harness):
+    harness.program.interrupt()
+    assert harness.program.exit_code(5) == 0
+    assert 'Traceback' not in harness.program.said
