@@ -36,6 +36,8 @@ PACKED = {
 }
 #: A full-size plane of Y above a half-height plane of interleaved U and V.
 PLANAR = {'nv12': cv2.COLOR_YUV2BGR_NV12, 'nv21': cv2.COLOR_YUV2BGR_NV21}
+#: Encodings in which two neighbours in a row have one colour between them.
+SHARED_COLOURS = {'uyvy', 'yuv422', 'yuyv', 'yuv422_yuy2', *PLANAR}
 
 
 def to_bgr(
@@ -53,6 +55,10 @@ def to_bgr(
     if height <= 0 or width <= 0:
         raise DepthPersonError(
             f'an image of {width}x{height} px is empty; check the camera driver')
+    if (encoding in PLANAR and height % 2) or (encoding in SHARED_COLOURS and width % 2):
+        raise DepthPersonError(
+            f'an image of {width}x{height} px is not possible in encoding {encoding}, where '
+            'neighbours share their colour; check the camera driver')
     if encoding in PACKED:
         channels, dtype, conversion = PACKED[encoding]
         rows = _rows(data, height, width * channels * np.dtype(dtype).itemsize, step)
@@ -67,12 +73,7 @@ def to_bgr(
             f'{", ".join([*PACKED, *PLANAR])}')
     if conversion is None:
         return np.ascontiguousarray(picture)
-    try:
-        return cv2.cvtColor(picture, conversion)
-    except cv2.error as error:
-        raise DepthPersonError(
-            f'an image of {width}x{height} px is not possible in encoding {encoding}, which needs '
-            'even sizes') from error
+    return cv2.cvtColor(picture, conversion)
 
 
 def decode_compressed(data: Any, encoding: str = '') -> Image:
