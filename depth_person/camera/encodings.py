@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from depth_person.camera.opencv import silence
+from depth_person.camera.opencv import decode_image
 from depth_person.errors import DepthPersonError
 
 Image = NDArray[np.uint8]
@@ -89,11 +89,7 @@ def decode_compressed(data: Any, encoding: str = '') -> Image:
     if _torn_jpeg(buffer):  # OpenCV would return it, grey from the tear on
         raise DepthPersonError(
             f'a JPEG image of {buffer.size} bytes is torn: its end is missing')
-    silence()
-    try:
-        picture = cv2.imdecode(buffer, cv2.IMREAD_COLOR) if buffer.size else None
-    except cv2.error:  # sizes beyond OpenCV's limits, as damage to the head makes them
-        picture = None
+    picture = decode_image(buffer)
     if picture is None:
         kind = f' (format {encoding!r})' if encoding else ''
         raise DepthPersonError(

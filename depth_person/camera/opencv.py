@@ -3,17 +3,24 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from functools import lru_cache
 import os
 from threading import Lock
 from typing import Any
 
 import cv2
+import numpy as np
+from numpy.typing import NDArray
 
-#: cv2's LOG_LEVEL_FATAL, which its Python module does not name.
-LOG_FATAL = 1
+_LOG_LEVEL_FATAL = 1  # which cv2 does not name
 _OPTIONS = 'OPENCV_FFMPEG_CAPTURE_OPTIONS'
 _lock = Lock()
+
+# What OpenCV and FFmpeg warn of, this package reports in better words, and FFmpeg repeats URLs
+# with their passwords. Who wants their messages sets these variables. It has to be done on import:
+# FFmpeg's level is taken from the environment when OpenCV first uses it, for whatever purpose.
+os.environ.setdefault('OPENCV_FFMPEG_LOGLEVEL', '-8')  # FFmpeg's `quiet`
+if 'OPENCV_LOG_LEVEL' not in os.environ:
+    getattr(cv2.utils, 'logging', cv2).setLogLevel(_LOG_LEVEL_FATAL)  # in OpenCV 5, and in 4
 
 
 def open_capture(
@@ -27,22 +34,16 @@ def open_capture(
     :param ffmpeg_options: in OpenCV's form key;value|key;value; the user's own in
         OPENCV_FFMPEG_CAPTURE_OPTIONS take their place.
     """
-    silence()
     with _lock, _environment(_OPTIONS, ffmpeg_options):
         return cv2.VideoCapture(source, backend, list(parameters))
 
 
-@lru_cache(maxsize=1)
-def silence() -> None:
-    """
-    Keep OpenCV and FFmpeg from warning of what this package reports in better words.
-
-    FFmpeg's own messages repeat URLs with their passwords. Who wants them back sets
-    OPENCV_FFMPEG_LOGLEVEL and OPENCV_LOG_LEVEL.
-    """
-    os.environ.setdefault('OPENCV_FFMPEG_LOGLEVEL', '-8')  # which is FFmpeg's `quiet`
-    if 'OPENCV_LOG_LEVEL' not in os.environ:
-        getattr(cv2.utils, 'logging', cv2).setLogLevel(LOG_FATAL)  # its place in OpenCV 5 and 4
+def decode_image(buffer: NDArray[np.uint8]) -> NDArray[np.uint8] | None:
+    """Return the BGR picture in the bytes of an image file; None when there is none."""
+    try:
+        return cv2.imdecode(buffer, cv2.IMREAD_COLOR) if buffer.size else None
+    except cv2.error:  # sizes beyond OpenCV's limits, as damage to the head makes them
+        return None
 
 
 @contextmanager
