@@ -1,0 +1,97 @@
+"""Draws skeletons and distances into images."""
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from depth_person.distance.estimator import Distances
+from depth_person.pose.people import People
+from depth_person.pose.skeleton import Keypoint, LIMBS
+
+#: BGR; the light ones of Okabe and Ito's colours, which the colour-blind can tell apart.
+PALETTE = (
+    (0, 159, 230), (233, 180, 86), (115, 200, 60), (66, 228, 240), (190, 150, 225), (90, 120, 250))
+NO_RANGE = (160, 160, 160)
+
+_LIMBS = np.array(LIMBS)
+_FONT = cv2.FONT_HERSHEY_DUPLEX
+_LABEL_BACKGROUND = (32, 32, 32)
+_WHITE = (255, 255, 255)
+# OpenCV takes fixed-point coordinates, so that nothing jumps by whole pixels.
+_SHIFT = 4
+_FURTHEST = 30_000 >> _SHIFT  # pixels; OpenCV's fixed-point lines overflow not far beyond
+
+
+def draw(image: NDArray[np.uint8], people: People, distances: Distances) -> None:
+    """
+    Draw each person's skeleton, and at the neck the range in centimetres with one sigma.
+
+    Who has no range is drawn grey, without a number.
+
+    :param image: (height, width, 3) BGR of the caller's own; drawn into.
+    :param distances: of the same people, row by row.
+    """
+    scale = max(image.shape[0] / 720, 0.4)
+    order = np.argsort(-np.where(distances.known, distances.range, np.inf), kind='stable')
+    for row in order:  # the nearest last, on top
+        colour = person_colour(int(people.track_ids[row])) if distances.known[row] else NO_RANGE
+        _draw_skeleton(image, people.keypoints[row], colour, scale)
+    for row in order:
+        if distances.known[row]:
+            track_id = int(people.track_ids[row])
+            text = (f'#{track_id}  {100 * distances.range[row]:.0f} '
+                    f'+/- {100 * distances.range_sigma[row]:.0f} cm')
+            _draw_label(
+                image, text, _anchor(people.keypoints[row]), person_colour(track_id), scale)
+
+
+def person_colour(track_id: int) -> tuple[int, int, int]:
+    """Return the BGR colour of a track id."""
+    return PALETTE[track_id % len(PALETTE)]
+
+
+def _draw_skeleton(
+    image: NDArray[np.uint8], keypoints: NDArray[np.float32], colour: tuple[int, int, int],
+    scale: float,
+) -> None:
+    points = keypoints[:, :2]
+    drawable = np.isfinite(points).all(axis=1) & (np.abs(points) < _FURTHEST).all(axis=1)
+    fixed = np.rint(np.where(drawable[:, None], points, 0) * (1 << _SHIFT)).astype(np.int32)
+    limbs = fixed[_LIMBS[drawable[_LIMBS].all(axis=1)]]
+    cv2.polylines(
+        image, list(limbs), isClosed=False, color=colour, thickness=max(round(2 * scale), 1),
+        lineType=cv2.LINE_AA, shift=_SHIFT)
+    if drawable[Keypoint.NECK]:
+        radius = round(5 * scale * (1 << _SHIFT))
+        centre = fixed[Keypoint.NECK].tolist()
+        cv2.circle(image, centre, radius, colour, cv2.FILLED, cv2.LINE_AA, _SHIFT)
+        cv2.circle(image, centre, radius, _WHITE, 1, cv2.LINE_AA, _SHIFT)
+
+
+def _anchor(keypoints: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return the pixel at which the label goes: the neck, or the middle of what was found."""
+    neck = keypoints[Keypoint.NECK, :2]
+    if np.isfinite(neck).all():
+        return neck
+    found = keypoints[np.isfinite(keypoints).all(axis=1), :2]
+    return found.mean(axis=0) if len(found) else np.zeros(2, np.float32)
+
+
+def _draw_label(
+    image: NDArray[np.uint8], text: str, anchor: NDArray[np.float32],
+    colour: tuple[int, int, int], scale: float,
+) -> None:
+    """Write a text beside its anchor, moved as far as it takes to be inside the image."""
+    size, pad, thickness = 0.6 * scale, round(6 * scale), max(round(scale), 1)
+    (width, height), baseline = cv2.getTextSize(text, _FONT, size, thickness)
+    width, height = width + 2 * pad, height + baseline + 2 * pad
+    limits = np.maximum((image.shape[1] - width, image.shape[0] - height), 0)
+    wanted = np.clip(anchor, -_FURTHEST, _FURTHEST) + (round(10 * scale), -height / 2)
+    left, top = np.clip(np.rint(wanted).astype(int), 0, limits).tolist()
+    cv2.rectangle(
+        image, (left, top), (left + width, top + height), _LABEL_BACKGROUND, cv2.FILLED)
+    cv2.rectangle(image, (left, top), (left + pad // 2, top + height), colour, cv2.FILLED)
+    cv2.putText(
+        image, text, (left + pad, top + height - baseline - pad), _FONT, size, _WHITE, thickness,
+        cv2.LINE_AA)
