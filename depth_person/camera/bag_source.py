@@ -41,6 +41,7 @@ class BagSource(Source):
         self.description = f'bag {path}'
         self.skipped = 0
         self.bad_camera_infos = 0
+        self._first_fault = ''
         self._frame_id = frame_id
         self._loop = loop
         self._reader = BagReader(path)
@@ -75,7 +76,8 @@ class BagSource(Source):
                 raise SourceLost(f'{self._reader.damage}; {count} images were read')
             if not count:
                 raise DepthPersonError(
-                    f'no image on {self._image_topic} of {self.description} can be read')
+                    f'{self.description} gives no image on {self._image_topic}: '
+                    f'{self._first_fault or "it holds no message there"}')
             if not self._loop:
                 return
             shift_ns += last_ns - first_ns + (last_ns - first_ns) // max(count - 1, 1)
@@ -89,10 +91,14 @@ class BagSource(Source):
             try:
                 yield self._to_frame(message, time_ns)
             except DepthPersonError as error:
-                self.skipped += 1
-                if self.skipped == 1:
-                    LOG.warning('%s: an image on %s is left out, as will be others like it: %s',
-                                self.description, topic, error)
+                self._skip(error)
+
+    def _skip(self, error: DepthPersonError) -> None:
+        self.skipped += 1
+        if self.skipped == 1:
+            self._first_fault = str(error)
+            LOG.warning('%s: an image on %s is left out, as will be others like it: %s',
+                        self.description, self._image_topic, error)
 
     def _to_frame(self, message: Any, time_ns: int) -> Frame:
         if message.__msgtype__ == IMAGE:

@@ -116,7 +116,7 @@ class TornSqlite:
     def __init__(self, path: Path) -> None:
         self._path = path
         self._database = sqlite3.connect(
-            f'{path.absolute().as_uri()}?mode=ro&immutable=1', uri=True)
+            f'{path.absolute().as_uri()}?mode=ro&immutable=1', uri=True, check_same_thread=False)
         self._database.execute('PRAGMA writable_schema=ON')  # else a short file is not even opened
         self.damage: str | None = f'{path} is cut off or damaged'
         topics = self._database.execute('SELECT id, name, type FROM topics')
@@ -125,19 +125,14 @@ class TornSqlite:
     def messages(self, connections: Collection[Connection]) -> Iterator[Record]:
         """Yield the messages of some connections in the order in which they were written."""
         wanted = {connection.id: connection for connection in connections}
-        rows = self._database.execute(
-            'SELECT topic_id, timestamp, data FROM messages ORDER BY id')
-        while True:
-            try:
-                row = next(rows, None)
-            except sqlite3.DatabaseError as error:
-                self.damage = f'{self._path} is cut off or damaged: {error}'
-                return
-            if row is None:
-                return
-            topic_id, stamp_ns, data = row
-            if topic_id in wanted:
-                yield wanted[topic_id], stamp_ns, data
+        try:
+            rows = self._database.execute(
+                'SELECT topic_id, timestamp, data FROM messages ORDER BY id')
+            for topic_id, stamp_ns, data in rows:
+                if topic_id in wanted:
+                    yield wanted[topic_id], stamp_ns, data
+        except sqlite3.DatabaseError as error:
+            self.damage = f'{self._path} is cut off or damaged: {error}'
 
     def close(self) -> None:
         """Close the file."""

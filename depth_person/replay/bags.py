@@ -39,11 +39,11 @@ class BagWriter:
         self.path = Path(path)
         self._types = types or jazzy_types()
         self._connections: dict[str, Connection] = {}
-        # Ctrl-C strikes in the main thread; a record is finished in this one.
-        self._thread = ThreadPoolExecutor(1, thread_name_prefix='bag-writer')
         self._closed = False
         if self.path.exists():
             raise DepthPersonError(f'bag {self.path} exists already; remove it or name another')
+        # Ctrl-C strikes in the main thread; a record is finished in this one.
+        self._thread = ThreadPoolExecutor(1, thread_name_prefix='bag-writer')
         self._writer = Writer(
             self.path, version=Writer.VERSION_LATEST, storage_plugin=StoragePlugin.MCAP)
         if compress:
