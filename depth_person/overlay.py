@@ -86,8 +86,9 @@ def _draw_label(
     size, pad, thickness = 0.6 * scale, round(6 * scale), max(round(scale), 1)
     (width, height), baseline = cv2.getTextSize(text, _FONT, size, thickness)
     width, height = width + 2 * pad, height + baseline + 2 * pad
-    limits = np.maximum((image.shape[1] - width, image.shape[0] - height), 0)
-    wanted = np.clip(anchor, -_FURTHEST, _FURTHEST) + (round(10 * scale), -height / 2)
+    limits = np.maximum((image.shape[1] - width - 1, image.shape[0] - height - 1), 0)
+    beside = np.array((10 * scale, -height / 2))
+    wanted = np.clip(anchor, -_FURTHEST, _FURTHEST) + beside
     left, top = np.clip(np.rint(wanted).astype(int), 0, limits).tolist()
     cv2.rectangle(
         image, (left, top), (left + width, top + height), _LABEL_BACKGROUND, cv2.FILLED)

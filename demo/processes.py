@@ -1,0 +1,95 @@
+"""Child processes that are ended with the process that started them."""
+import os
+from pathlib import Path
+import signal
+import subprocess
+import sys
+import time
+
+BIN = Path(sys.executable).parent
+#: How much of a log is shown when its process went wrong.
+LOG_LINES = 20
+
+
+class DemoError(Exception):
+    """What went wrong, for the one who runs this."""
+
+
+class Processes:
+    """
+    Starts processes, and ends each by its own id.
+
+    :param logs: folder for what they print; None lets them print here.
+    :param environment: what they have in their environment besides this process's.
+    """
+
+    def __init__(self, *, logs=None, environment=None):
+        self._logs = logs
+        self._environment = {**os.environ, **(environment or {})}
+        self._processes = {}
+
+    def start(self, name, *command, quiet=True):
+        """Start a process; quiet ones write to a log of their name."""
+        log = (self._logs / f'{name}.log').open('wb') if quiet and self._logs else None
+        # A session of its own, so that Ctrl-C comes here alone and they end in order.
+        self._processes[name] = subprocess.Popen(
+            [str(word) for word in command], env=self._environment, stdout=log,
+            stderr=subprocess.STDOUT if log else None, start_new_session=True)
+        if log:
+            log.close()
+
+    def check(self, *, may_end=()):
+        """
+        Return the names of those that may end and have.
+
+        :raises DemoError: when another has ended, or one of these with an error.
+        """
+        ended = {name: process.returncode for name, process in self._processes.items()
+                 if process.poll() is not None}
+        for name, code in ended.items():
+            if code or name not in may_end:
+                raise DemoError(f'{name} ended with exit code {code}{self._last_words(name)}')
+        return set(ended)
+
+    def end(self, name, timeout_s=10.0):
+        """End one as Ctrl-C does; return its exit code."""
+        process = self._processes.pop(name)
+        if process.poll() is None:
+            process.send_signal(signal.SIGINT)
+        try:
+            return process.wait(timeout_s)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            return process.wait()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        for name in reversed(list(self._processes)):
+            self.end(name)
+
+    def _last_words(self, name):
+        log = self._logs / f'{name}.log' if self._logs else None
+        if log is None or not log.exists():
+            return ''
+        lines = log.read_text(errors='replace').splitlines()[-LOG_LINES:]
+        return '; it said:\n' + '\n'.join(lines)
+
+
+def interrupt_on_sigterm():
+    """Let SIGTERM end this process as Ctrl-C does."""
+    def interrupt(*_):
+        raise KeyboardInterrupt
+
+    signal.signal(signal.SIGTERM, interrupt)
+
+
+def wait_until(done, *, what, timeout_s, processes, may_end=()):
+    """Wait for a condition while the processes are well; raise DemoError when it never comes."""
+    deadline = time.monotonic() + timeout_s
+    while not done():
+        processes.check(may_end=may_end)
+        if time.monotonic() > deadline:
+            raise DemoError(f'{what} did not happen within {timeout_s:.0f} s')
+        time.sleep(0.1)

@@ -1,0 +1,79 @@
+"""The demo from its command to its results."""
+import csv
+from pathlib import Path
+import subprocess
+import sys
+
+import cv2
+import numpy as np
+import pytest
+
+DEMO = Path(__file__).parents[2] / 'demo'
+
+
+@pytest.fixture(scope='module')
+def demo(tmp_path_factory):
+    """Return the folder of a finished demo and what it printed."""
+    out = tmp_path_factory.mktemp('demo')
+    run = subprocess.run(
+        [sys.executable, DEMO / 'demo.py', '--out', out], stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT, text=True, timeout=150)
+    assert run.returncode == 0, run.stdout
+    return out, run.stdout
+
+
+@pytest.fixture(scope='module')
+def samples(demo):
+    """Return the columns of what the watcher saw."""
+    with (demo[0] / 'samples.csv').open(newline='') as stream:
+        rows = list(csv.DictReader(stream))
+    return {name: np.array([float(row[name]) for row in rows]) for name in rows[0]}
+
+
+def test_every_sample_is_a_plain_number(samples):
+    measured = ('stamp_s', 'track_id', 'x', 'y', 'z', 'range', 'range_sigma')
+    assert all(np.isfinite(samples[name]).all() for name in measured)
+    assert (samples['range_sigma'] > 0).all()
+    position = np.stack([samples[axis] for axis in 'xyz'])
+    assert np.linalg.norm(position, axis=0) == pytest.approx(samples['range'], rel=1e-3)
+
+
+def test_all_three_people_are_followed_from_begin_to_end(samples):
+    stamps = samples['stamp_s'] - samples['stamp_s'].min()
+    for person in range(3):
+        own = stamps[samples['truth_id'] == person]
+        assert own.min() < 2
+        assert own.max() > 6
+
+
+def test_nobody_else_is_seen(samples):
+    assert (samples['truth_id'] < 0).mean() < 0.05
+
+
+def test_ranges_are_right_within_a_tenth(samples):
+    known = samples['truth_id'] >= 0
+    relative = samples['range'][known] / samples['truth_range'][known] - 1
+    assert np.median(np.abs(relative)) < 0.1
+    assert np.abs(np.median(relative)) < 0.08
+
+
+def test_the_summary_is_printed(demo):
+    _, said = demo
+    assert 'Traceback' not in said
+    assert 'median error' in said
+    for node in ('camera_node', 'pose_node', 'depth_node'):
+        assert f'{node}: ' in said
+
+
+def test_the_video_plays_for_as_long_as_the_scene(demo):
+    video = cv2.VideoCapture(str(demo[0] / 'overlay.mp4'))
+    frames = 0
+    while video.read()[0]:
+        frames += 1
+    assert frames / video.get(cv2.CAP_PROP_FPS) == pytest.approx(8.0, abs=0.5)
+
+
+def test_the_report_is_a_picture_with_something_on_it(demo):
+    report = cv2.imread(str(demo[0] / 'report.png'))
+    assert report.shape[0] > 500
+    assert report.std() > 20
