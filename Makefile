@@ -18,7 +18,8 @@ BIN := $(VENV)/bin
 help:
 	@echo 'make install            an environment in $(VENV) with the command, the demo and the tests'
 	@echo 'make demo               play a bundled scene through the three nodes; results in out/demo'
-	@echo 'make run SOURCE=...     the same on a device, file, URL or bag, until Ctrl-C'
+	@echo 'make run SOURCE=...     the same on a device, file, URL or bag, until Ctrl-C;'
+	@echo '                        ARGS="--horizontal-fov 70" adds options of depth_person run'
 	@echo 'make test               style, types, every test'
 	@echo 'make clean              remove what the above made in this folder'
 
@@ -41,7 +42,7 @@ demo: model
 
 run: model
 	@test -n '$(SOURCE)' || { echo 'Say what to watch: make run SOURCE=/dev/video0 (or a file, URL, bag)' >&2; exit 2; }
-	@$(BIN)/depth_person run --params '$(PARAMS)' --source '$(SOURCE)'
+	@$(BIN)/python demo/live.py --params '$(PARAMS)' --source '$(SOURCE)' $(ARGS)
 
 # The core's tests run again with the versions of Ubuntu 24.04, the native home.
 $(NATIVE)/.installed: setup.py pyproject.toml test/native_home.txt
