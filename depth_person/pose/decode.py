@@ -106,7 +106,7 @@ def decode_multi(
     near = heatmap[
         _KEYPOINTS[:, None, None], window[:, :, 0, :, None], window[:, :, 1, None, :]]
     near = near * weight[:, :, 0, :, None] * weight[:, :, 1, None, :]
-    near = near.reshape(*near.shape[:2], -1)
+    near = near.reshape(*near.shape[:2], len(steps) ** 2)
     best = near.argmax(2)[..., None]
     score = np.take_along_axis(near, best, 2)[..., 0]
     best_row, best_column = np.divmod(best, len(steps))

@@ -117,7 +117,7 @@ class Letterbox:
         height, width = image.shape[:2]
         if (width, height) != self._raw_size:
             self._resize_buffers(width, height)
-        cv2.resize(image, self.size, dst=self._resized, interpolation=cv2.INTER_AREA)
+        cv2.resize(image, self.size, dst=self._resized, interpolation=cv2.INTER_LINEAR)
         cv2.cvtColor(self._resized, cv2.COLOR_BGR2RGB, dst=self._view)
         return self._input
 
