@@ -22,7 +22,7 @@ setup(
     maintainer_email='depth-person@example.org',
     license='Apache-2.0',
     packages=find_packages(include=[package_name, package_name + '.*']),
-    package_data={package_name: ['py.typed']},
+    package_data={package_name: ['py.typed', 'distance/models/*']},
     python_requires='>=3.10,<3.14',
     install_requires=[
         'lz4>=4.0',
@@ -43,6 +43,7 @@ setup(
             'ros-jazzy-rmw-fastrtps-cpp',
         ],
         'demo': ['imageio-ffmpeg>=0.5', 'matplotlib>=3.8'],
+        'train': ['anny>=0.6', 'onnx>=1.16', 'torch==2.13.0'],
         'test': [
             'colcon-common-extensions',
             'hypothesis>=6.100',

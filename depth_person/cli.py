@@ -16,6 +16,7 @@ VERBS = {
     'run': 'run camera, pose and depth in one process',
     'models': 'install and list pose networks',
     'evaluate': 'measure errors on a folder of frames with known distances',
+    'train': 'repeat the training of the networks that the package ships',
 }
 
 

@@ -5,13 +5,15 @@ from collections.abc import Callable
 
 from depth_person.distance.estimator import Body, DistanceEstimator
 from depth_person.distance.shoulder import ShoulderEstimator
+from depth_person.distance.skeleton import SkeletonEstimator
 from depth_person.errors import DepthPersonError
 
 _MAKERS: dict[str, Callable[[Body], DistanceEstimator]] = {
+    'skeleton': SkeletonEstimator,
     'shoulder': ShoulderEstimator,
 }
 
-#: The names that make_estimator takes.
+#: The names that make_estimator takes; the first is the default.
 ESTIMATORS = tuple(_MAKERS)
 
 

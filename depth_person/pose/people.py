@@ -18,11 +18,14 @@ class People:
     :ivar track_ids: (n,) int32, stable over time, never reused.
     :ivar neck_measured: whether the network marked the neck itself; otherwise keypoint 1 is the
         midpoint of the shoulders, and tells nothing that they do not.
+    :ivar convention: where the network marks keypoints: a name of
+        depth_person.distance.conventions; `coco` for a network that nobody has measured.
     """
 
     keypoints: NDArray[np.float32]
     track_ids: NDArray[np.int32] = field(default_factory=lambda: np.empty(0, np.int32))
     neck_measured: bool = False
+    convention: str = 'coco'
 
     def __post_init__(self) -> None:
         if self.keypoints.shape[1:] != (N_KEYPOINTS, 3):

@@ -69,4 +69,5 @@ class PoseEstimator:
     def estimate(self, frame: Frame) -> People:
         """Return the people in a frame, surest first."""
         keypoints = self._network(frame.image)
-        return People(keypoints, self._tracker.update(keypoints, frame.stamp_ns))
+        return People(
+            keypoints, self._tracker.update(keypoints, frame.stamp_ns), convention='movenet')

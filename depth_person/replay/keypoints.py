@@ -104,7 +104,7 @@ class RecordedKeypoints(_KnownKeypoints):
             raise DepthPersonError(f'{frame.name} has no recorded keypoints')
         keypoints = np.array(recorded, np.float64).reshape(-1, 17, 3)
         keypoints[keypoints[..., 2] <= 0] = np.nan
-        return _numbered(from_coco17(keypoints))
+        return _numbered(from_coco17(keypoints), convention='pifpaf')
 
 
 class TrueKeypoints(_KnownKeypoints):
@@ -144,7 +144,7 @@ class TrueKeypoints(_KnownKeypoints):
             seen = np.isfinite(keypoints[:, Keypoint.NECK])
             true_neck = np.insert(self._shaken(np.array(necks, np.float64)), 2, 1.0, axis=1)
             keypoints[:, Keypoint.NECK] = np.where(seen, true_neck, np.nan)
-        return _numbered(keypoints, neck_measured=measured)
+        return _numbered(keypoints, convention='mesh', neck_measured=measured)
 
     def _marked(self, person: TruePerson) -> NDArray[np.float64]:
         """Return one person's COCO-17 keypoints: u, v, 1, or all NaN."""
@@ -163,7 +163,9 @@ class TrueKeypoints(_KnownKeypoints):
         return pixels + self._random.normal(0.0, self._noise_px, pixels.shape)
 
 
-def _numbered(keypoints: NDArray[np.float32], *, neck_measured: bool = False) -> People:
+def _numbered(
+    keypoints: NDArray[np.float32], *, convention: str, neck_measured: bool = False,
+) -> People:
     """Return those of the people who have any keypoint, with their places as track ids."""
     places = np.flatnonzero(np.isfinite(keypoints).any(axis=(1, 2)))
-    return People(keypoints[places], places.astype(np.int32), neck_measured)
+    return People(keypoints[places], places.astype(np.int32), neck_measured, convention)

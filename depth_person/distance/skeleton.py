@@ -1,0 +1,184 @@
+"""The package's own method: range and its spread from all keypoints, by a learned lifter."""
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depth_person.camera.intrinsics import Intrinsics
+from depth_person.distance.canonical import Canonical, canonicalise
+from depth_person.distance.conventions import Convention, CONVENTIONS, LOWEST_SCORE
+from depth_person.distance.estimator import Body, Cue, Distances, Mounting, Reason
+from depth_person.distance.ground import ground_range
+from depth_person.distance.lifter import (
+    default_lifter,
+    FEWEST_KEYPOINTS,
+    Knowledge,
+    Lifted,
+    Lifter,
+    lifter_inputs,
+)
+from depth_person.pose.people import People
+from depth_person.pose.skeleton import Keypoint, N_KEYPOINTS
+
+_Array = NDArray[np.float64]
+
+#: Keypoints that leave a larger spread of the range's logarithm fix none.
+LARGEST_SPREAD = 0.4
+#: Ranges outside this are out of reach, metres.
+RANGES = (0.3, 100.0)
+#: A keypoint that alone makes more than this of the spread of so many keypoints or more (in
+#: squares) is not on the same body; even an average body's ankles make less than a fifth.
+LARGEST_SHARE = 0.6
+SHARING_KEYPOINTS = 8
+#: A body whose own down is this far (cosine) against gravity hangs upside down.
+UPSIDE_DOWN = -0.6
+#: Body and ground that differ by more sigmas contradict each other: the ground is left out.
+CONTRADICTION = 3.0
+#: A gravity direction with a larger spread is no better than none, radians.
+LARGEST_TILT = 0.1
+
+_SHOULDERS = [Keypoint.R_SHOULDER, Keypoint.L_SHOULDER]
+# Keypoints nearer than this, pixels, are one marked twice.
+_SAME_PLACE = 1e-3
+_EARLIER = np.tri(N_KEYPOINTS, k=-1, dtype=bool)
+
+
+class SkeletonEstimator:
+    """
+    Distance from all keypoints, any of which may be missing.
+
+    The keypoints' view rays are brought to canonical coordinates (turned to the axis, rolled
+    upright, scaled), from which a small network trained on bodies of our own making tells the
+    logarithm of range, its spread, and the neck. Where the network marks keypoints otherwise than
+    the training bodies (People.convention), the network is told. With gravity the view's
+    slope is known; with the camera's height too, the feet give a second range, fused by variance
+    unless the two contradict each other.
+
+    :param body: what is known of the people in view.
+    """
+
+    name = 'skeleton'
+
+    def __init__(self, body: Body = Body(), *, lifter: Lifter | None = None) -> None:
+        self._body = body
+        self._lifter = default_lifter() if lifter is None else lifter
+        self._told = {name: self._knowledge(convention).as_features()
+                      for name, convention in CONVENTIONS.items()}
+
+    def estimate(
+        self, people: People, intrinsics: Intrinsics, mounting: Mounting = Mounting(),
+    ) -> Distances:
+        """Return one distance a person; never raises for what a keypoint holds."""
+        if len(people) == 0:
+            return Distances.none(0, Reason.NONE)
+        name = people.convention if people.convention in CONVENTIONS else 'coco'
+        known = _usable(people)
+        plane = intrinsics.undistort(people.keypoints[..., :2])
+        known &= np.isfinite(plane).all(axis=-1)
+        rays = _rays(plane)
+        view = canonicalise(rays, known)
+        noise = CONVENTIONS[name].noise_rad(
+            people.keypoints[..., 2].astype(np.float64),
+            rad_per_px=_rad_per_px(intrinsics, view), guess=view.guess)
+        gravity = _gravity(mounting)
+        lifted = self._lifter.lift(lifter_inputs(
+            view, noise_rad=noise, gravity=gravity, told=self._told[name]))
+        neck = _neck(people, rays, view, lifted)
+        rays = np.where(view.known[..., None], rays, np.nan)
+        log_range, sigma, cues = _fused(
+            np.log(view.guess) + lifted.log_correction, lifted.log_sigma,
+            *ground_range(rays, noise, neck, mounting))
+        position = np.exp(log_range)[:, None] * neck
+        return Distances.of(
+            position=position, range_sigma=np.exp(log_range) * sigma,
+            reason=_reasons(view, lifted, log_range, gravity), cues=cues)
+
+    def _knowledge(self, convention: Convention) -> Knowledge:
+        """Return what is known of anybody whose keypoints are of this convention."""
+        def told(value: float | None, sigma: float) -> tuple[_Array, _Array]:
+            return np.array([np.nan if value is None else value]), np.array([sigma])
+
+        body = self._body
+        return Knowledge(
+            convention.placement.as_array()[None],
+            *told(body.stature, body.stature_sigma),
+            *told(body.shoulder_width, body.shoulder_width_sigma), np.array([body.children]))
+
+
+def _usable(people: People) -> NDArray[np.bool_]:
+    """Return (n, 18) which keypoints are there, sure enough, and in a place of their own."""
+    keypoints = people.keypoints.astype(np.float64)
+    known = np.isfinite(keypoints).all(axis=-1)
+    with np.errstate(invalid='ignore'):
+        known &= keypoints[..., 2] >= LOWEST_SCORE
+    if not people.neck_measured:
+        known[:, Keypoint.NECK] = False
+    with np.errstate(invalid='ignore', over='ignore'):
+        pixels = np.where(known, keypoints[..., 0] + 1j * keypoints[..., 1], np.nan)
+        same = np.abs(pixels[:, :, None] - pixels[:, None]) < _SAME_PLACE
+    return known & ~(same & _EARLIER).any(axis=2)
+
+
+def _rays(plane: _Array) -> _Array:
+    """Return unit view rays (..., 3) through points (..., 2) of the plane z = 1."""
+    rays = np.concatenate([plane, np.ones((*plane.shape[:-1], 1))], axis=-1)
+    return _unit(rays)
+
+
+def _unit(vectors: _Array) -> _Array:
+    return vectors / np.sqrt((vectors ** 2).sum(axis=-1, keepdims=True))
+
+
+def _rad_per_px(intrinsics: Intrinsics, view: Canonical) -> _Array:
+    """Return (n,) how many radians a pixel takes where the person stands; less off the axis."""
+    cosine = view.rotation[:, 2, 2]
+    return np.abs(cosine) ** 1.5 / np.sqrt(intrinsics.fx * intrinsics.fy)
+
+
+def _gravity(mounting: Mounting) -> _Array:
+    """Return (1, 3) the direction down; NaN where it is not known well enough."""
+    if mounting.gravity is None or mounting.gravity_sigma > LARGEST_TILT:
+        return np.full((1, 3), np.nan)
+    return _unit(np.asarray(mounting.gravity, np.float64)[None])
+
+
+def _neck(people: People, rays: _Array, view: Canonical, lifted: Lifted) -> _Array:
+    """Return unit view rays (n, 3) of the necks: marked, midway of the shoulders, or lifted."""
+    with np.errstate(all='ignore'):
+        point = lifted.neck / view.guess[:, None] + view.centroid
+        neck = (_rays(point)[:, None] @ view.rotation)[:, 0]
+        both = view.known[:, _SHOULDERS].all(axis=1, keepdims=True)
+        neck = np.where(both, rays[:, _SHOULDERS].sum(axis=1), neck)
+        marked = view.known[:, Keypoint.NECK]
+        neck = np.where(marked[:, None], rays[:, Keypoint.NECK], neck)
+        return _unit(neck)
+
+
+def _fused(
+    body: _Array, body_sigma: _Array, ground: _Array, ground_sigma: _Array,
+) -> tuple[_Array, _Array, NDArray[np.uint8]]:
+    """Return log-range, its spread and the cues: the body, and the ground where it agrees."""
+    with np.errstate(invalid='ignore'):
+        agree = np.abs(body - ground) <= CONTRADICTION * np.hypot(body_sigma, ground_sigma)
+    weight = np.where(agree, body_sigma ** 2 / (body_sigma ** 2 + ground_sigma ** 2), 0.0)
+    log_range = body + weight * np.where(agree, ground - body, 0.0)
+    cues = np.where(agree, Cue.SKELETON | Cue.GROUND, Cue.SKELETON).astype(np.uint8)
+    return log_range, body_sigma * np.sqrt(1 - weight), cues
+
+
+def _reasons(
+    view: Canonical, lifted: Lifted, log_range: _Array, gravity: _Array,
+) -> NDArray[np.uint8]:
+    """Return (n,) why a person has no range."""
+    down = (view.rotation @ gravity[..., None])[..., 0]
+    with np.errstate(invalid='ignore'):
+        squares = (view.points ** 2).sum(axis=2)
+        stray = ((squares.max(axis=1) > LARGEST_SHARE * squares.sum(axis=1))
+                 & (view.known.sum(axis=1) >= SHARING_KEYPOINTS))
+        few = (view.known.sum(axis=1) < FEWEST_KEYPOINTS) | ~np.isfinite(log_range)
+        outside = (log_range < np.log(RANGES[0])) | (log_range > np.log(RANGES[1]))
+        return np.select(
+            [few, stray | (down[:, 1] < UPSIDE_DOWN),
+             ~(lifted.log_sigma <= LARGEST_SPREAD), outside],
+            [Reason.TOO_FEW_KEYPOINTS, Reason.IMPLAUSIBLE_SKELETON,
+             Reason.TOO_FEW_KEYPOINTS, Reason.OUT_OF_RANGE], Reason.NONE).astype(np.uint8)

@@ -1,0 +1,74 @@
+from average_body import standing_at
+import numpy as np
+import pytest
+
+from depth_person.distance.estimator import Mounting
+from depth_person.distance.ground import ground_range, LEGS
+
+DOWN = np.array([0.0, 1.0, 0.0])
+HEIGHT = 1.6
+
+
+def told(points, *, hidden=(), noise=1e-3, mounting=None):
+    points = np.array(points)
+    neck = points[1] / np.linalg.norm(points[1])
+    rays = points / np.linalg.norm(points, axis=1, keepdims=True)
+    rays[list(hidden)] = np.nan
+    mounting = Mounting(gravity=DOWN, height=HEIGHT) if mounting is None else mounting
+    log_range, sigma = ground_range(
+        rays[None], np.full((1, 18), noise), neck[None], mounting)
+    return np.exp(log_range[0]), sigma[0]
+
+
+def on_ground(distance, *, box=0.0):
+    """Stand a body on the level its keypoints' heights belong to, or on a box above it."""
+    sole = standing_at((0.3, 0.0, distance))
+    ankles = sole[[10, 13], 1].mean()
+    return sole + np.array([0, HEIGHT - LEGS[0][1] - box - ankles, 0])
+
+
+@pytest.mark.parametrize('distance', [2.0, 4.0, 8.0, 15.0])
+def test_feet_on_the_ground_give_the_range_of_the_neck(distance):
+    points = on_ground(distance)
+    estimate, sigma = told(points)
+    assert estimate == pytest.approx(np.linalg.norm(points[1]), rel=0.02)
+    assert 0.01 < sigma < 0.6
+
+
+def test_the_lowest_visible_leg_keypoint_is_used_and_higher_ones_are_less_sure():
+    points = on_ground(4.0)
+    truth = np.linalg.norm(points[1])
+    ankles, knees, hips = (
+        told(points), told(points, hidden=(10, 13)), told(points, hidden=(9, 10, 12, 13)))
+    assert ankles[1] < knees[1] < hips[1]
+    for estimate, sigma in (ankles, knees, hips):
+        assert abs(np.log(estimate / truth)) < 2 * sigma
+
+
+@pytest.mark.parametrize('worse', [
+    {'noise': 5e-3}, {'mounting': Mounting(DOWN, 0.03, HEIGHT, 0.05)},
+    {'mounting': Mounting(DOWN, 0.01, HEIGHT, 0.2)}, {'hidden': (13,)}])
+def test_every_source_of_error_widens_the_spread(worse):
+    assert told(on_ground(6.0), **worse)[1] > told(on_ground(6.0))[1]
+
+
+def test_pitch_error_is_what_the_spread_says_far_away():
+    points, sigma = on_ground(15.0), told(on_ground(15.0))[1]
+    tilted = np.array([0.0, np.cos(0.01), np.sin(0.01)])
+    off = told(points, mounting=Mounting(tilted, 0.01, HEIGHT, 0.05))[0]
+    assert 0.5 * sigma < abs(np.log(off / told(points)[0])) < 1.5 * sigma
+
+
+def test_someone_on_a_box_seems_farther_away():
+    assert told(on_ground(5.0, box=0.5))[0] > 1.3 * told(on_ground(5.0))[0]
+
+
+@pytest.mark.parametrize('mounting', [
+    Mounting(), Mounting(gravity=DOWN), Mounting(height=HEIGHT), Mounting(DOWN, 0.01, 0.2, 0.05),
+    Mounting(-DOWN, 0.01, HEIGHT, 0.05)])
+def test_without_gravity_or_height_or_below_the_knees_the_ground_tells_nothing(mounting):
+    assert np.isnan(told(on_ground(5.0), mounting=mounting)).all()
+
+
+def test_no_legs_tell_nothing():
+    assert np.isnan(told(on_ground(5.0), hidden=range(8, 14))).all()
