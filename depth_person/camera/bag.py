@@ -105,9 +105,11 @@ class BagReader:
 
     def close(self) -> None:
         """Close the files; a second call does nothing."""
-        files, self._files = self._files, []
-        for file in files:
+        for file in self._files:
+            if file.damage:
+                self._faults.append(file.damage)
             file.close()
+        self._files = []
 
     def __enter__(self) -> BagReader:
         return self
@@ -134,7 +136,7 @@ class BagReader:
             try:
                 return [WholeBag(self.path)]
             except Exception as error:  # of any type: rosbags parses what may be anything
-                self._faults.append(f'{self.path} is damaged: {error}')
+                self._faults.append(f'{self.path} is damaged: {str(error).rstrip(".")}')
         else:
             LOG.warning('%s has no metadata.yaml; its files are read in name order', self.path)
         files: list[BagFile] = []

@@ -50,7 +50,7 @@ class WholeBag:
         try:
             yield from self._reader.messages(connections)
         except Exception as error:  # rosbags raises whatever its parsing stumbles over
-            self.damage = f'{self._path} is damaged: {error}'
+            self.damage = f'{self._path} is damaged: {str(error).rstrip(".")}'
 
     def close(self) -> None:
         """Close the file."""

@@ -50,7 +50,8 @@ def undistort_brown(xd: Array, yd: Array, coefficients: Coefficients) -> tuple[A
         of a barrel distortion.
     """
     with np.errstate(all='ignore'):  # wild points turn into infinity and NaN, which is the answer
-        scale = _first_guess(np.hypot(xd, yd), *_brown_table(coefficients))
+        distorted_radii, radii = _brown_table(coefficients)
+        scale = _first_guess(np.hypot(xd, yd), distorted_radii, radii)
         x, y = xd * scale, yd * scale
         for _ in range(ROUNDS):
             xe, ye, (xx, xy, yy) = _brown(x, y, coefficients)
@@ -60,9 +61,10 @@ def undistort_brown(xd: Array, yd: Array, coefficients: Coefficients) -> tuple[A
             x, y = x - dx, y - dy
             if not np.any(np.maximum(np.abs(dx), np.abs(dy)) > LAST_STEP):
                 break
-        xe, ye, (xx, xy, yy) = _brown(x, y, coefficients)
-        # Past the fold the image runs backwards: there the determinant is negative.
-        seen = (np.hypot(xe - xd, ye - yd) < TOLERANCE) & (xx * yy > xy * xy) & (xx + yy > 0)
+        xe, ye = distort_brown(x, y, coefficients)
+        seen = np.hypot(xe - xd, ye - yd) < TOLERANCE
+        # Past the fold the polynomials run backwards and may rise again, which no lens does.
+        seen &= np.hypot(x, y) <= SLACK * radii[-1]
     return np.where(seen, x, np.nan), np.where(seen, y, np.nan)
 
 

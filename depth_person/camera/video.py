@@ -48,8 +48,7 @@ class VideoFile(Source):
         self._capture, self._first = self._open()
         self.fps = fps or self._container_fps()
         self._stated = self._capture.get(cv2.CAP_PROP_FRAME_COUNT)
-        self._read_now = 0  # frames since the file was last opened
-        self._read_in_all = 0
+        self._count = 0
         self._start_ns = clock()
 
     def read(self) -> Frame | None:
@@ -65,12 +64,10 @@ class VideoFile(Source):
                 return None
             self._capture.release()
             self._capture, self._first = self._open()
-            self._read_now = 0
             image = self._next_image()
             assert image is not None  # opening has read it
-        stamp_ns = self._start_ns + round(self._read_in_all * 1e9 / self.fps)
-        self._read_now += 1
-        self._read_in_all += 1
+        stamp_ns = self._start_ns + round(self._count * 1e9 / self.fps)
+        self._count += 1
         return Frame(image, stamp_ns, self._frame_id)
 
     def close(self) -> None:
@@ -106,10 +103,10 @@ class VideoFile(Source):
         return image if good else None
 
     def _check_whole(self) -> None:
-        """Raise SourceLost when fewer frames came than the file states."""
+        """Raise SourceLost when fewer frames came than the file states; once is enough."""
         exact = Path(self._path).suffix.lower() in COUNTED_SUFFIXES
         tolerated = 2 if exact else max(2.0, self.fps)
-        if self._capture.isOpened() and self._stated - self._read_now > tolerated:
+        if self._capture.isOpened() and self._stated - self._count > tolerated:
             raise SourceLost(
-                f'{self._name} is torn: {self._read_now} of {self._stated:.0f} frames could be '
+                f'{self._name} is torn: {self._count} of {self._stated:.0f} frames could be '
                 'read; copy or record it again')

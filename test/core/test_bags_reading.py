@@ -96,7 +96,7 @@ def test_most_of_a_torn_file_is_read_and_the_damage_told(bags, tmp_path, kind, l
 
         assert numbers == list(range(len(numbers)))
         assert len(numbers) >= least
-        assert f'{torn} is cut off or damaged' in reader.damage
+    assert f'{torn} is cut off or damaged' in reader.damage
 
 
 @pytest.mark.parametrize('kind', KINDS)

@@ -99,6 +99,26 @@ def test_pixels_beyond_the_fold_of_a_lens_have_no_ray():
     np.testing.assert_array_equal(np.isnan(rays[:, 0]), [False, False, True, True])
 
 
+# The second also rises again far out, and is not quite round.
+@pytest.mark.parametrize('distortion', [
+    FOLDING[1], (-0.35, 0.02, 0.003, -0.003, 0.0), (-0.4, 0.05, 0.003, 0.003, 0.01),
+])
+def test_near_the_fold_of_a_lens_only_rays_from_before_it_are_found(distortion):
+    lens = camera(('plumb_bob', distortion))
+    radius, angle = np.meshgrid(np.linspace(350, 750, 500), np.linspace(0, 2 * np.pi, 20))
+    pixels = np.stack((645 + radius * np.cos(angle), 350 + radius * np.sin(angle)), axis=-1)
+
+    rays = lens.undistort(pixels)
+
+    rays = rays[np.isfinite(rays).all(axis=-1)]
+    assert len(rays) > 2_000
+    right, down = (
+        lens.project(np.column_stack((rays + 1e-7 * np.array(step), np.ones(len(rays))))) -
+        lens.project(np.column_stack((rays, np.ones(len(rays))))) for step in ((1, 0), (0, 1)))
+    assert (right[:, 0] * down[:, 1] > right[:, 1] * down[:, 0]).all(), 'mirrored'
+    assert np.hypot(*rays.T).max() < 1.4
+
+
 def test_an_equidistant_camera_has_no_ray_behind_it():
     lens = Intrinsics(1000, 1000, 300.0, 300.0, 499.5, 499.5, 'equidistant', (0.0,) * 4)
     angles = np.radians([10.0, 80.0, 89.9, 91.0])
