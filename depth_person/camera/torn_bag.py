@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Collection, Iterator
 from io import BytesIO
+import logging
 import os
 from pathlib import Path
 import sqlite3
@@ -17,6 +18,7 @@ from typing import BinaryIO
 
 import lz4.frame
 from mcap.data_stream import ReadDataStream
+from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 from mcap.records import Channel, Chunk, Message, Schema
 from rosbags.interfaces import (
@@ -29,7 +31,10 @@ import zstandard
 
 from depth_person.camera.bag_files import Record
 
+LOG = logging.getLogger(__name__)
 MCAP_MAGIC = b'\x89MCAP0\r\n'
+#: What the parsers raise over bytes that are no record, or no compressed chunk.
+_GARBAGE = (McapError, struct.error, UnicodeDecodeError, RuntimeError, zstandard.ZstdError)
 
 
 class TornMcap:
@@ -65,23 +70,28 @@ class TornMcap:
     def _scan(self) -> Iterator[Message]:
         """Yield every whole message, noting the schemas and channels on the way."""
         self._file.seek(len(MCAP_MAGIC))
-        for opcode, body in _records(self._file):
-            if opcode != Opcode.CHUNK:
-                yield from self._parse(opcode, body)
-                continue
-            for inner_opcode, inner_body in _records(BytesIO(_unpack_chunk(body))):
-                yield from self._parse(inner_opcode, inner_body)
+        try:
+            for opcode, body in _flat_records(self._file):
+                stream = ReadDataStream(BytesIO(body))
+                if opcode == Opcode.MESSAGE:
+                    yield Message.read(stream, len(body))
+                elif opcode == Opcode.SCHEMA:
+                    schema = Schema.read(stream)
+                    self._schemas[schema.id] = schema
+                elif opcode == Opcode.CHANNEL:
+                    channel = Channel.read(stream)
+                    self._channels[channel.id] = channel
+        except _GARBAGE as error:  # `damage` tells the user how far the file could be read
+            LOG.info('%s ends in what is no record: %s', self._file.name, error)
 
-    def _parse(self, opcode: int, body: bytes) -> Iterator[Message]:
-        stream = ReadDataStream(BytesIO(body))
-        if opcode == Opcode.MESSAGE:
-            yield Message.read(stream, len(body))
-        elif opcode == Opcode.SCHEMA:
-            schema = Schema.read(stream)
-            self._schemas[schema.id] = schema
-        elif opcode == Opcode.CHANNEL:
-            channel = Channel.read(stream)
-            self._channels[channel.id] = channel
+
+def _flat_records(file: BinaryIO) -> Iterator[tuple[int, bytes]]:
+    """Yield opcode and body of the records, those in chunks in the place of the chunks."""
+    for opcode, body in _records(file):
+        if opcode == Opcode.CHUNK:
+            yield from _records(BytesIO(_unpack_chunk(body)))
+        else:
+            yield opcode, body
 
 
 def _records(file: BinaryIO) -> Iterator[tuple[int, bytes]]:
@@ -92,22 +102,19 @@ def _records(file: BinaryIO) -> Iterator[tuple[int, bytes]]:
         file.seek(position)
         opcode, length = struct.unpack('<BQ', file.read(9))
         position += 9 + length
-        if position > end and opcode != Opcode.CHUNK:
-            return
+        if opcode == 0 or (position > end and opcode != Opcode.CHUNK):
+            return  # zeros are what a lost power supply leaves at the end of files
         yield opcode, file.read(min(length, end))
 
 
 def _unpack_chunk(body: bytes) -> bytes:
     """Return the records in a chunk's body; of a chunk that is cut off those before the cut."""
-    try:
-        chunk = Chunk.read(ReadDataStream(BytesIO(body)))
-        if chunk.compression == 'zstd':
-            return zstandard.ZstdDecompressor().decompressobj().decompress(chunk.data)
-        if chunk.compression == 'lz4':
-            return lz4.frame.LZ4FrameDecompressor().decompress(chunk.data)
-        return chunk.data
-    except (EOFError, struct.error, RuntimeError, zstandard.ZstdError):
-        return b''  # cut within the chunk's head, or damaged; its messages are not counted
+    chunk = Chunk.read(ReadDataStream(BytesIO(body)))
+    if chunk.compression == 'zstd':
+        return zstandard.ZstdDecompressor().decompressobj().decompress(chunk.data)
+    if chunk.compression == 'lz4':
+        return lz4.frame.LZ4FrameDecompressor().decompress(chunk.data)
+    return chunk.data
 
 
 class TornSqlite:

@@ -60,12 +60,12 @@ class VideoFile(Source):
         image = self._next_image()
         if image is None:
             self._check_whole()
-            if not self._loop or not self._capture.isOpened():
-                return None
-            self._capture.release()
-            self._capture, self._first = self._open()
-            image = self._next_image()
-            assert image is not None  # opening has read it
+            if self._loop and self._capture.isOpened():
+                self._capture.release()
+                self._capture, self._first = self._open()
+                image = self._next_image()
+        if image is None:
+            return None
         stamp_ns = self._start_ns + round(self._count * 1e9 / self.fps)
         self._count += 1
         return Frame(image, stamp_ns, self._frame_id)

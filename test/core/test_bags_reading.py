@@ -121,6 +121,25 @@ def test_wherever_a_file_is_cut_its_beginning_is_read_or_it_is_refused(
 
 
 @pytest.mark.parametrize('kind', ['mcap', 'mcap zstd', 'mcap lz4'])
+@pytest.mark.parametrize('tail', [
+    bytes(500_000), b'\x05' * 500_000, b'\x04' + b'\x07' * 500_000,
+    b'\x05\x02\0\0\0\0\0\0\0..', b'\x03\x02\0\0\0\0\0\0\0..',
+])
+def test_garbage_behind_the_last_whole_record_does_no_harm(bags, tmp_path, kind, tail):
+    data = bags[kind].read_bytes()
+    first_chunks = data[:data.index(b'\x06', len(data) // 2)]
+    torn = tmp_path / 'torn.mcap'
+    torn.write_bytes(first_chunks + tail)
+
+    with BagReader(torn) as reader:
+        numbers = numbers_in(reader)
+
+    assert numbers == list(range(len(numbers)))
+    assert len(numbers) >= 20
+    assert reader.damage
+
+
+@pytest.mark.parametrize('kind', ['mcap', 'mcap zstd', 'mcap lz4'])
 def test_damage_within_a_file_is_told(bags, tmp_path, kind):
     data = bytearray(bags[kind].read_bytes())
     data[len(data) // 2:len(data) // 2 + 40] = b'\x55' * 40
