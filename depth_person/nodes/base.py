@@ -125,14 +125,15 @@ class StageNode(Node, Generic[Settings]):
         return publisher
 
     def listen(
-        self, message_type: type, topic: str, callback: Callable[[Any], None],
+        self, message_type: type, topic: str, callback: Callable[[Any], None], *,
+        optional: bool = False,
     ) -> Subscription:
         """
         Return a subscription with the package's profile, unless parameters override it.
 
-        Silence on its topic is reported.
+        :param optional: whether silence on the topic is not worth a report.
         """
-        traffic = Traffic(self.resolve_topic_name(topic), self.monitor)
+        traffic = Traffic(self.resolve_topic_name(topic), self.monitor, optional=optional)
 
         def receive(message: Any) -> None:
             traffic.receive()

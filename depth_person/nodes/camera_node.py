@@ -4,6 +4,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 import threading
+import time
 
 from rosgraph_msgs.msg import Clock as ClockMessage
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
@@ -21,7 +22,8 @@ from depth_person.nodes.monitor import Level
 from depth_person.nodes.parameters import CameraSettings, ParameterValue
 from depth_person.nodes.spin import main as run_main
 
-_SETTLE_S = 0.5
+# Nodes find each other one by one, up to 1.4 s apart where several start at once.
+_SETTLE_S = 2.0
 _IDLE_S = 2.0
 
 
@@ -70,6 +72,11 @@ class CameraNode(StageNode[CameraSettings]):
         """Whether the source has ended and its last frame has been published."""
         return self._ended.is_set()
 
+    def close(self) -> None:
+        """End the wait for the next frame, then what all nodes end."""
+        self._reader.interrupt()
+        super().close()
+
     def check_health(self) -> None:
         """Report a source that gives nothing."""
         idle_s = self.monitor.idle_s()
@@ -93,11 +100,15 @@ class CameraNode(StageNode[CameraSettings]):
         self._ended.set()
 
     def _wait_for_subscribers(self) -> None:
-        while not (self._image.get_subscription_count() or self._has_subscribers()
-                   or self._compressed.get_subscription_count()):
-            if self._stopping.wait(0.05):
+        count, since_s = 0, time.monotonic()
+        while not self._stopping.wait(0.05):
+            now_s, before = time.monotonic(), count
+            count = (self._image.get_subscription_count()
+                     + self._compressed.get_subscription_count() + self._has_subscribers())
+            if count != before:
+                since_s = now_s
+            elif count and now_s - since_s > _SETTLE_S:
                 return
-        self._stopping.wait(_SETTLE_S)  # the other nodes find each other at the same time
 
     def _calibrated(self, frame: Frame) -> Frame:
         """Return the frame with the intrinsics that it is published with, if they fit it."""

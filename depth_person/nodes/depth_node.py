@@ -43,7 +43,8 @@ class DepthNode(StageNode[DepthSettings]):
         self._markers = self.advertise(MarkerArray, 'person_depth')
         self._people = self.advertise(PointCloud2, 'person_depth/people')
         self._overlay = OverlayOutput(self)
-        self._images = ImageInput(self, self._on_image, compressed=self.settings.compressed)
+        self._images = ImageInput(
+            self, self._on_image, compressed=self.settings.compressed, optional=True)
         self._calibration = CalibrationInput(
             self.monitor, topic=self.resolve_topic_name('camera_info'))
         if listen:

@@ -6,6 +6,7 @@ import threading
 import time
 
 from depth_person.camera.frame import Frame
+from depth_person.camera.live import LiveSource
 from depth_person.camera.source import Source
 from depth_person.camera.sources import STREAM_SCHEMES
 from depth_person.errors import DepthPersonError
@@ -45,6 +46,7 @@ class FrameReader:
         self._monitor = monitor
         self._stopping = stopping
         self._pacer = Pacer(stopping, on_clock)
+        self._source: Source | None = None
 
     def frames(self) -> Iterator[Frame]:
         """
@@ -57,12 +59,15 @@ class FrameReader:
         while not self._stopping.is_set():
             try:
                 with self._open() as source:
+                    self._source = source
                     self._live = self._live or source.live
                     self._monitor.value('source', source.description)
                     for frame in iter(source.read, None):
                         delay_s, started = _FIRST_DELAY_S, True
                         self._monitor.clear('source')
-                        if not source.live:
+                        if isinstance(source, LiveSource):
+                            self._monitor.value('dropped frames', str(source.dropped))
+                        else:
                             self._pacer.wait(frame.stamp_ns)
                         if self._stopping.is_set():
                             return
@@ -79,6 +84,12 @@ class FrameReader:
                     'source', Level.ERROR, f'{error}; trying again in {delay_s:.0f} s')
             self._stopping.wait(delay_s)
             delay_s = min(2 * delay_s, _LONGEST_DELAY_S)
+
+    def interrupt(self) -> None:
+        """End the wait for a camera's next frame; called from another thread."""
+        self._stopping.set()
+        if isinstance(self._source, LiveSource):  # whose close may be called at any time
+            self._source.close()
 
 
 class Pacer:

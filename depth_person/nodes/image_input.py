@@ -15,14 +15,16 @@ class ImageInput:
     A subscription to image_raw or image_raw/compressed that can be opened and closed.
 
     :param compressed: which of the two.
+    :param optional: whether silence is not worth a report.
     """
 
     def __init__(
         self, node: StageNode[Any], callback: Callable[[Image | CompressedImage], None], *,
-        compressed: bool,
+        compressed: bool, optional: bool = False,
     ) -> None:
         self._node = node
         self._callback = callback
+        self._optional = optional
         self._type, self._topic = (
             (CompressedImage, 'image_raw/compressed') if compressed else (Image, 'image_raw'))
         self._subscription: Subscription | None = None
@@ -30,7 +32,8 @@ class ImageInput:
     def open(self) -> None:
         """Subscribe, unless that has been done."""
         if self._subscription is None:
-            self._subscription = self._node.listen(self._type, self._topic, self._callback)
+            self._subscription = self._node.listen(
+                self._type, self._topic, self._callback, optional=self._optional)
 
     def close(self) -> None:
         """Cancel the subscription, if there is one."""

@@ -1,8 +1,6 @@
 """People at their distances as visualization_msgs/MarkerArray."""
 from __future__ import annotations
 
-import colorsys
-
 from builtin_interfaces.msg import Duration
 from geometry_msgs.msg import Point
 import numpy as np
@@ -12,12 +10,12 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from depth_person.camera.intrinsics import Intrinsics
 from depth_person.distance.estimator import Distances
+from depth_person.overlay import person_colour
 from depth_person.pose.people import People
 from depth_person.pose.skeleton import LIMBS
 
 _LIMBS = np.array(LIMBS)
 _LIFETIME = Duration(nanosec=500_000_000)
-_GOLDEN_RATIO = (5 ** 0.5 - 1) / 2
 _HEAD_ROOM = 0.45  # metres from the neck up to the label, clear of the head
 
 
@@ -83,6 +81,5 @@ def _point(position: NDArray[np.float64]) -> Point:
 
 
 def _colour(track_id: int) -> ColorRGBA:
-    """Return a colour that differs well from those of the neighbouring track ids."""
-    red, green, blue = colorsys.hsv_to_rgb(track_id * _GOLDEN_RATIO % 1.0, 0.8, 1.0)
-    return ColorRGBA(r=red, g=green, b=blue, a=1.0)
+    blue, green, red = person_colour(track_id)
+    return ColorRGBA(r=red / 255, g=green / 255, b=blue / 255, a=1.0)

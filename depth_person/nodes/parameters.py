@@ -111,7 +111,8 @@ class CameraSettings:
         False, 'Publish /clock from the stamps of a file, folder or bag, for nodes that run '
         'with use_sim_time.')
     wait_for_subscribers: bool = parameter(
-        False, 'Send the first frame only once someone subscribes to the images.')
+        False, 'Send the first frame only when someone subscribes, and for two seconds nobody '
+        'else has come: so that no subscriber misses the beginning of a recording.')
     jpeg_quality: int = parameter(
         90, 'Quality of image_raw/compressed.', minimum=1, maximum=100, read_only=False)
 

@@ -16,10 +16,12 @@ class Traffic:
     Counts the messages of one topic.
 
     :param topic: its full name.
+    :param optional: whether silence is not reported.
     """
 
-    def __init__(self, topic: str, monitor: Monitor) -> None:
+    def __init__(self, topic: str, monitor: Monitor, *, optional: bool) -> None:
         self._topic = topic
+        self._optional = optional
         self._monitor = monitor
         self._newest_s = time.monotonic()
         self._received = 0
@@ -40,7 +42,7 @@ class Traffic:
         silent_s = time.monotonic() - self._newest_s
         received, lost = self._received, self._lost
         self._received = self._lost = 0
-        if silent_s > _SILENCE_S:
+        if silent_s > _SILENCE_S and not self._optional:
             self._monitor.fault(
                 self._key('silence'), Level.STALE,
                 f'no message on {self._topic} for {silent_s:.0f} s; it has {publishers} '

@@ -49,6 +49,9 @@ class Program:
     def interrupt(self, number=signal.SIGINT):
         self._process.send_signal(number)
 
+    def poll(self):
+        return self._process.poll()
+
     def exit_code(self, timeout_s=10.0):
         return self._process.wait(timeout_s)
 
@@ -67,7 +70,7 @@ class Domain:
         self._programs = []
         self._context = Context()
         self._context.init(domain_id=self.number)
-        self.node = Node('test', context=self._context)
+        self.node = Node(f'test_{self.number}', context=self._context)
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self.node)
 
@@ -114,10 +117,9 @@ class Domain:
         self.spin_until(found, timeout_s)
         return found()[0]
 
-    def fault(self, node, text, level=DiagnosticStatus.ERROR):
+    def fault(self, node, text):
         """Wait until the diagnostics of a node show a fault."""
-        return self.status(
-            node, lambda status: text in status.message and status.level == level)
+        return self.status(node, lambda status: text in status.message)
 
     def healthy(self, node):
         """Wait until the diagnostics of a node show no fault."""

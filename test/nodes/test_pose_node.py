@@ -105,7 +105,8 @@ def test_a_bad_image_is_reported_and_the_next_good_one_is_taken(
 
 def test_a_camera_that_comes_back_is_heard_again(harness, photograph):
     harness.domain.node.destroy_publisher(harness.images)
-    harness.domain.fault('pose_node', 'no message on /image_raw', DiagnosticStatus.STALE)
+    status = harness.domain.fault('pose_node', 'no message on /image_raw')
+    assert status.level == DiagnosticStatus.STALE
     harness.images = harness.domain.publisher(Image, 'image_raw')
     assert harness.find(image_message(photograph, second=4)).height == 1
     harness.domain.healthy('pose_node')
