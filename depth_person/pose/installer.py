@@ -131,7 +131,7 @@ def _make(model: Model, from_: Path, target: Path) -> None:
 
 def _check_network(model: Model, path: Path) -> None:
     network = MoveNet(path, input_size=256, min_score=0.5, max_people=1)
-    if network.many != (model.side is None):
+    if network.side != model.side:
         raise DepthPersonError(f'{path} is not the network {model.name}')
 
 

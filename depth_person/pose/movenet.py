@@ -1,18 +1,21 @@
 """MoveNet: an image in, the keypoints of the people in it out."""
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 import time
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+import onnxruntime
 
 from depth_person.errors import DepthPersonError
 from depth_person.pose import decode
 from depth_person.pose.runtime import open_session
 from depth_person.pose.skeleton import from_coco17
 
+INPUT = 'image'
 #: Outputs that every MoveNet has, and those that only the one for many people has.
 HEADS = ('center', 'keypoint_regression', 'keypoint_heatmap', 'keypoint_offset')
 BOX_HEADS = ('box_scale', 'box_offset')
@@ -24,6 +27,8 @@ STRIDE = 4
 
 #: A skeleton with fewer keypoints is no person.
 _MIN_KEYPOINTS = 3
+#: Skeletons looked at for each person that may be kept.
+_CANDIDATES = 4
 #: Two skeletons more alike than this are the same person, see _similarity.
 _SAME_PERSON = 0.5
 #: Distance of two marks of one keypoint at which they are half alike, over the person's size.
@@ -35,7 +40,8 @@ class MoveNet:
     Finds people in BGR images.
 
     :ivar inference_s: seconds that the network took for the last image.
-    :ivar many: whether the network finds more than one person.
+    :ivar side: of the square input of a network for one person, pixels; None for the network
+        for many people.
     """
 
     def __init__(
@@ -52,19 +58,11 @@ class MoveNet:
         :raises DepthPersonError: when the file is not such a network.
         """
         self._session = open_session(path, threads=threads, provider=provider)
-        outputs = {output.name for output in self._session.get_outputs()}
-        inputs = self._session.get_inputs()
-        if not outputs.issuperset(HEADS) or len(inputs) != 1 or len(inputs[0].shape) != 4:
-            raise DepthPersonError(
-                f'{path} has not the input and the outputs of a MoveNet ({", ".join(HEADS)}); '
-                'install one: depth_person models install')
-        self.many = outputs.issuperset(BOX_HEADS)
-        self._heads = [*HEADS, *BOX_HEADS] if self.many else list(HEADS)
-        self._input = inputs[0].name
+        self.side, self._heads = _interface(self._session, path)
         self._min_score, self._max_people = min_score, max_people
         self._letterbox = (
-            Letterbox(input_size, step=SIDE_STEP) if self.many
-            else Letterbox(inputs[0].shape[1], step=inputs[0].shape[1]))
+            Letterbox(input_size, step=SIDE_STEP) if self.side is None
+            else Letterbox(self.side, step=self.side))
         self.inference_s = 0.0
 
     def __call__(self, image: NDArray[np.uint8]) -> NDArray[np.float32]:
@@ -77,22 +75,25 @@ class MoveNet:
         """
         network_image = self._letterbox.fill(image)
         start = time.perf_counter()
-        heads = self._session.run(self._heads, {self._input: network_image})
+        heads = self._session.run(self._heads, {INPUT: network_image})
         self.inference_s = time.perf_counter() - start
-        heads = [head[0] for head in heads]
-        if self.many:
-            people = decode.decode_multi(
-                *heads, min_score=self._min_score, max_people=4 * self._max_people)
-            keypoints = people.keypoints
+        keypoints = self._decode([head[0] for head in heads])
+        keypoints[..., :2] = self._letterbox.to_raw(keypoints[..., :2] * STRIDE)
+        return from_coco17(keypoints)
+
+    def _decode(self, heads: Sequence[NDArray[np.float32]]) -> NDArray[np.float32]:
+        """Return (n, 17, 3) x, y in cells and score; NaN for a keypoint that is missing."""
+        if self.side is None:
+            keypoints, boxes = decode.decode_multi(
+                *heads, min_score=self._min_score, max_people=_CANDIDATES * self._max_people)
         else:
             keypoints = decode.decode_single(*heads)[None]
         keypoints[keypoints[..., 2] < self._min_score] = np.nan
-        kept = np.flatnonzero(np.isfinite(keypoints[..., 2]).sum(1) >= _MIN_KEYPOINTS)
-        if self.many:
-            kept = kept[one_per_person(keypoints[kept], people.boxes[kept])]
-        keypoints = keypoints[kept[:self._max_people]]
-        keypoints[..., :2] = self._letterbox.to_raw(keypoints[..., :2] * STRIDE)
-        return from_coco17(keypoints)
+        people = np.isfinite(keypoints[..., 2]).sum(1) >= _MIN_KEYPOINTS
+        keypoints = keypoints[people]
+        if self.side is None:
+            keypoints = keypoints[one_per_person(keypoints, boxes[people])]
+        return keypoints[:self._max_people]
 
 
 class Letterbox:
@@ -138,6 +139,27 @@ class Letterbox:
         self._input = np.zeros((1, rows, columns, 3), np.uint8)
         self._view = self._input[0, :self.size[1], :self.size[0]]
         self._resized = np.empty(self._view.shape, np.uint8)
+
+
+def _interface(
+    session: onnxruntime.InferenceSession, path: Path,
+) -> tuple[int | None, list[str]]:
+    """Return the side of a network's input, None for any, and the heads to read."""
+    inputs = {value.name: value for value in session.get_inputs()}
+    outputs = {value.name for value in session.get_outputs()}
+    heads = list(HEADS)
+    if outputs.issuperset(BOX_HEADS):
+        heads += BOX_HEADS
+    if (set(inputs) == {INPUT} and outputs.issuperset(heads)
+            and inputs[INPUT].type == 'tensor(uint8)' and len(inputs[INPUT].shape) == 4):
+        side = inputs[INPUT].shape[1]
+        if len(heads) > len(HEADS):
+            return None, heads
+        if isinstance(side, int):
+            return side, heads
+    raise DepthPersonError(
+        f'{path} has not the input ({INPUT}) and the outputs ({", ".join(HEADS)}) of the MoveNet '
+        'that depth_person writes; install one: depth_person models install')
 
 
 def one_per_person(

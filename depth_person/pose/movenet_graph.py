@@ -4,7 +4,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from depth_person.errors import DepthPersonError
-from depth_person.pose.movenet import BOX_HEADS, HEADS
+from depth_person.pose.movenet import BOX_HEADS, HEADS, INPUT
 
 try:
     import onnx
@@ -40,5 +40,5 @@ def convert_movenet(graph_file: Path, target: Path, *, side: int | None) -> None
     names = HEADS if side else (*HEADS, *BOX_HEADS)
     model = onnx_writer.convert(
         graph, {name: graph.scope_end(_SCOPES[name]) for name in names}, sigmoid=_SCORES,
-        input_shape=['batch', side, side, 3] if side else [1, 'height', 'width', 3])
+        image=INPUT, image_shape=['batch', side, side, 3] if side else [1, 'height', 'width', 3])
     onnx.save(model, target)

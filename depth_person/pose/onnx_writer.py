@@ -18,38 +18,38 @@ from depth_person.pose.tfjs import GraphModel, Node
 OPSET = 18
 IR_VERSION = 9
 
-IMAGE = 'image'
+_SLICE_MASKS = (
+    'begin_mask', 'end_mask', 'ellipsis_mask', 'new_axis_mask', 'shrink_axis_mask')
 
 
 def convert(
-    graph: GraphModel, heads: Mapping[str, str], *, input_shape: Sequence[int | str],
-    sigmoid: Collection[str] = (), metadata: Mapping[str, str] | None = None,
+    graph: GraphModel, heads: Mapping[str, str], *, image: str, image_shape: Sequence[int | str],
+    sigmoid: Collection[str] = (),
 ) -> onnx.ModelProto:
     """
     Return the part of a graph that its heads need, as a checked ONNX model.
 
-    TensorFlow keeps the channels last, ONNX has them second. The model takes `image`, uint8 of
+    TensorFlow keeps the channels last, ONNX has them second. The model takes an image, uint8 of
     (batch, height, width, channels), and gives float32 of (batch, channels, height, width).
 
     :param heads: name of the output -> name of the node it comes from.
-    :param input_shape: four sizes; a string stands for one that is chosen at each run.
+    :param image: name of the input.
+    :param image_shape: its four sizes; a string stands for one that is chosen at each run.
     :param sigmoid: the outputs that pass through a sigmoid, which makes logits scores.
-    :param metadata: words that travel with the model.
     :raises DepthPersonError: naming the operation or attribute that has no translation.
     """
-    writer = _Writer(graph)
+    writer = _Writer(graph, image)
     outputs = []
     for node in _ordered(graph, heads.values()):
         writer.translate(node)
     for output, name in heads.items():
         writer.emit('Sigmoid' if output in sigmoid else 'Identity', [name], output)
         outputs.append(helper.make_tensor_value_info(output, TensorProto.FLOAT, [None] * 4))
-    image = helper.make_tensor_value_info(IMAGE, TensorProto.UINT8, list(input_shape))
+    inputs = [helper.make_tensor_value_info(image, TensorProto.UINT8, list(image_shape))]
     model = helper.make_model(
-        helper.make_graph(writer.nodes, 'depth_person', [image], outputs, writer.initializers),
+        helper.make_graph(writer.nodes, 'depth_person', inputs, outputs, writer.initializers),
         opset_imports=[helper.make_opsetid('', OPSET)], ir_version=IR_VERSION,
         producer_name='depth_person', producer_version=__version__)
-    helper.set_model_props(model, dict(metadata or {}))
     onnx.checker.check_model(model, full_check=True)
     return model
 
@@ -65,7 +65,7 @@ def _ordered(graph: GraphModel, ends: Iterable[str]) -> list[Node]:
         node = graph.nodes.get(name)
         if node is None:
             raise DepthPersonError(f'the graph reads {name}, which it does not have')
-        # The size that a resize goes to comes from the shape of what it resizes: see _resize.
+        # The second input of a resize is its size, which _Writer.resize works out by itself.
         inputs = node.inputs[:1] if node.op == 'ResizeBilinear' else node.inputs
         needed[name] = [name for name in inputs if name not in graph.weights]
         waiting.extend(needed[name])
@@ -75,10 +75,11 @@ def _ordered(graph: GraphModel, ends: Iterable[str]) -> list[Node]:
 class _Writer:
     """Collects ONNX nodes; values keep the names they have in the graph."""
 
-    def __init__(self, graph: GraphModel) -> None:
+    def __init__(self, graph: GraphModel, image: str) -> None:
         self.nodes: list[onnx.NodeProto] = []
         self.initializers: list[onnx.TensorProto] = []
         self._graph = graph
+        self._image = image
 
     def translate(self, node: Node) -> None:
         rule = _RULES.get(node.op)
@@ -114,22 +115,21 @@ class _Writer:
         return self.constant(f'{node.name}/{index}', values.reshape(-1, 1, 1))
 
     def placeholder(self, node: Node) -> None:
-        self.emit('Transpose', [IMAGE], node.name, perm=[0, 3, 1, 2])
+        self.emit('Transpose', [self._image], node.name, perm=[0, 3, 1, 2])
 
     def cast(self, node: Node) -> None:
         _require(node, DstT='DT_FLOAT')
         self.emit('Cast', node.inputs, node.name, to=TensorProto.FLOAT)
 
     def batch_axis(self, node: Node) -> None:
-        # Each of these takes the batch axis of the one image off, or puts it back on: nothing
-        # is left to do where it may stay, and then a batch passes too.
-        for key in ('axis', 'squeeze_dims'):
-            if node.attributes.get(key, 0) not in (0, [0]):
-                raise _unexpected(node, key, node.attributes[key])
-        if len(node.inputs) > 1 and self.weights(node, 1).item() != 0:
-            raise _unexpected(node, 'axis', self.weights(node, 1))
-        if node.attributes.get('num', 1) != 1:
-            raise _unexpected(node, 'num', node.attributes['num'])
+        # These take the batch axis off the one image and put it on again. Where it may stay they
+        # have nothing to do, and a batch passes too.
+        if node.op == 'ExpandDims':
+            axis = self.weights(node, 1).item()
+        else:
+            axis = node.attributes.get('axis' if node.op == 'Unpack' else 'squeeze_dims')
+        if axis not in (0, [0]) or node.attributes.get('num', 1) != 1:
+            raise _unexpected(node, 'axis', axis)
         self.emit('Identity', node.inputs[:1], node.name)
 
     def arithmetic(self, node: Node) -> None:
@@ -169,29 +169,30 @@ class _Writer:
     def resize(self, node: Node) -> None:
         _require(node, half_pixel_centers=True, align_corners=False)
         size = self._graph.weights.get(node.inputs[1])
-        inputs = [node.inputs[0], '']
-        if size is not None:
-            inputs += ['', self.constant(f'{node.name}/size', size.astype(np.int64))]
+        if size is None:
+            factors = self._factors_of_size(node).astype(np.float32)
+            inputs = [node.inputs[0], '', self.constant(f'{node.name}/factors', factors)]
         else:
-            scales = np.array([1, 1, *self._scale_of_size(node)], np.float32)
-            inputs += [self.constant(f'{node.name}/scales', scales)]
-        axes = {'axes': [2, 3]} if size is not None else {}
+            target = self.constant(f'{node.name}/size', size.astype(np.int64))
+            inputs = [node.inputs[0], '', '', target]
         self.emit(
-            'Resize', inputs, node.name, mode='linear',
-            coordinate_transformation_mode='half_pixel', **axes)
+            'Resize', inputs, node.name, mode='linear', axes=[2, 3],
+            coordinate_transformation_mode='half_pixel')
 
-    def _scale_of_size(self, node: Node) -> NDArray[Any]:
+    def _factors_of_size(self, node: Node) -> NDArray[Any]:
         """Return the factors of a resize whose size is Shape(input)[1:3] * factors."""
-        product = self._graph.nodes[node.inputs[1]]
-        chain = [product]
-        while chain[-1].inputs and chain[-1].inputs[0] in self._graph.nodes:
-            if chain[-1].op == 'Shape':
-                break
-            chain.append(self._graph.nodes[chain[-1].inputs[0]])
-        if ([link.op for link in chain] != ['Mul', 'StridedSlice', 'Shape']
-                or chain[2].inputs[0] != node.inputs[0]
-                or [self.weights(chain[1], i).tolist() for i in (1, 2, 3)] != [[1], [3], [1]]):
-            raise _unexpected(node, 'size', 'not a multiple of its input')
+        links, name = [], node.inputs[1]
+        for op in ('Mul', 'StridedSlice', 'Shape'):
+            link = self._graph.nodes.get(name)
+            if link is None or link.op != op:
+                raise _unexpected(node, 'size', 'that is not a multiple of its input')
+            links.append(link)
+            name = link.inputs[0]
+        product, part, _ = links
+        _require(part, **dict.fromkeys(_SLICE_MASKS, 0))
+        begin_end_step = [self.weights(part, index).tolist() for index in (1, 2, 3)]
+        if name != node.inputs[0] or begin_end_step != [[1], [3], [1]]:
+            raise _unexpected(node, 'size', 'that is not a multiple of its input')
         return self.weights(product, 1)
 
 
