@@ -98,6 +98,18 @@ class Convention:
     usual_score: float
     score_power: float
 
+    def noise_px(
+        self, scores: NDArray[np.floating], *, px_per_m: NDArray[np.floating],
+    ) -> NDArray[np.float64]:
+        """
+        Return the spreads (n, 18) of keypoints, pixels.
+
+        :param scores: (n, 18).
+        :param px_per_m: (n,) how large a metre appears where the person stands.
+        """
+        sure = np.hypot(self.pixel_sigma, self.body_sigma * px_per_m)
+        return sure[:, None] * self._doubt(scores)
+
     def noise_rad(
         self, scores: NDArray[np.floating], *, rad_per_px: NDArray[np.floating],
         guess: NDArray[np.floating],
@@ -110,8 +122,10 @@ class Convention:
         :param guess: (n,) roughly the range, metres.
         """
         sure = np.hypot(self.pixel_sigma * rad_per_px, self.body_sigma / guess)
-        doubt = (self.usual_score / np.clip(scores, LOWEST_SCORE, 1.0)) ** self.score_power
-        return sure[:, None] * doubt
+        return sure[:, None] * self._doubt(scores)
+
+    def _doubt(self, scores: NDArray[np.floating]) -> NDArray[np.float64]:
+        return (self.usual_score / np.clip(scores, LOWEST_SCORE, 1.0)) ** self.score_power
 
 
 #: Keypoints that score less are not worth keeping.
