@@ -13,6 +13,9 @@ from depth_person.pose.skeleton import Keypoint, LIMBS
 PALETTE = (
     (0, 159, 230), (233, 180, 86), (115, 200, 60), (66, 228, 240), (190, 150, 225), (90, 120, 250))
 NO_RANGE = (160, 160, 160)
+#: A limb with an end that scores less is drawn faint.
+SURE_SCORE = 0.4
+FAINT = 0.5
 
 _LIMBS = np.array(LIMBS)
 _FONT = cv2.FONT_HERSHEY_DUPLEX
@@ -27,7 +30,7 @@ def draw(image: NDArray[np.uint8], people: People, distances: Distances) -> None
     """
     Draw each person's skeleton, and at the neck the range in centimetres with one sigma.
 
-    Who has no range is drawn grey, without a number.
+    Limbs that the network is unsure of are darker. Who has no range is grey, without a number.
 
     :param image: (height, width, 3) BGR of the caller's own; drawn into.
     :param distances: of the same people, row by row.
@@ -58,10 +61,13 @@ def _draw_skeleton(
     points = keypoints[:, :2]
     drawable = np.isfinite(points).all(axis=1) & (np.abs(points) < _FURTHEST).all(axis=1)
     fixed = np.rint(np.where(drawable[:, None], points, 0) * (1 << _SHIFT)).astype(np.int32)
-    limbs = fixed[_LIMBS[drawable[_LIMBS].all(axis=1)]]
-    cv2.polylines(
-        image, list(limbs), isClosed=False, color=colour, thickness=max(round(2 * scale), 1),
-        lineType=cv2.LINE_AA, shift=_SHIFT)
+    limbs = _LIMBS[drawable[_LIMBS].all(axis=1)]
+    sure = (keypoints[limbs, 2] >= SURE_SCORE).all(axis=1)
+    for chosen, brightness in ((~sure, FAINT), (sure, 1.0)):
+        cv2.polylines(
+            image, list(fixed[limbs[chosen]]), isClosed=False,
+            color=tuple(brightness * channel for channel in colour),
+            thickness=max(round(2 * scale), 1), lineType=cv2.LINE_AA, shift=_SHIFT)
     if drawable[Keypoint.NECK]:
         radius = round(5 * scale * (1 << _SHIFT))
         centre = fixed[Keypoint.NECK].tolist()

@@ -3,21 +3,21 @@ import numpy as np
 import pytest
 
 from depth_person.distance.estimator import Distances, Reason
-from depth_person.overlay import draw, NO_RANGE, person_colour
+from depth_person.overlay import draw, FAINT, NO_RANGE, person_colour, SURE_SCORE
 from depth_person.pose.people import People
 from depth_person.pose.skeleton import Keypoint, N_KEYPOINTS
 
 HEIGHT, WIDTH = 360, 640
 
 
-def person(neck, size=100.0):
+def person(neck, size=100.0, score=0.9):
     """Return (18, 3) keypoints of an upright person of this height around a neck."""
     keypoints = np.full((N_KEYPOINTS, 3), np.nan, np.float32)
     offsets = {
         Keypoint.NECK: (0, 0), Keypoint.R_SHOULDER: (-0.1, 0), Keypoint.L_SHOULDER: (0.1, 0),
         Keypoint.R_HIP: (-0.07, 0.3), Keypoint.L_HIP: (0.07, 0.3)}
     for row, offset in offsets.items():
-        keypoints[row] = (*(np.array(neck) + np.multiply(offset, size)), 0.9)
+        keypoints[row] = (*(np.array(neck) + np.multiply(offset, size)), score)
     return keypoints
 
 
@@ -47,6 +47,16 @@ def test_limbs_are_drawn_where_the_keypoints_are():
     assert image[113:117, 296:304].any()  # a limb, half way to a hip
     assert not image[:, :280].any()
     assert not image[200:].any()
+
+
+def test_limbs_that_the_network_is_unsure_of_are_faint():
+    def brightest(score):
+        image = drawn(person((300, 100), score=score), reason=Reason.NO_SHOULDERS)
+        return float(image[110:].max())  # below the neck's dot
+
+    sure = brightest(SURE_SCORE + 0.05)
+    assert 100 < sure <= max(NO_RANGE)
+    assert brightest(SURE_SCORE - 0.05) == pytest.approx(FAINT * sure, rel=0.1)
 
 
 def test_each_track_has_its_colour():
