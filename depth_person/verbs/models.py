@@ -37,10 +37,11 @@ def main(args: argparse.Namespace) -> int:
 def _list() -> None:
     rows = [('NAME', 'INSTALLED', 'LICENCE', 'SOURCE')]
     for model in store.MODELS.values():
-        size = 'no'
         if store.is_installed(model):
-            size = f'{model.network.stat().st_size / 1e6:.1f} MB'
-        rows.append((model.name, size, model.licence, model.source))
+            state = f'{model.network.stat().st_size / 1e6:.1f} MB'
+        else:
+            state = 'damaged' if model.network.exists() else 'no'
+        rows.append((model.name, state, model.licence, model.source))
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     for row in rows:
         cells = (cell.ljust(width) for cell, width in zip(row, widths, strict=True))

@@ -7,11 +7,10 @@ from pathlib import Path
 import pytest
 
 from depth_person.pose.installer import install
-from depth_person.pose.store import model_path, MODELS
+from depth_person.pose.store import MODELS
 
 
 @pytest.fixture(scope='session')
 def network() -> Callable[[str], Path]:
     """Return a function that gives the ONNX file of a network, installing it where missing."""
-    install(list(MODELS))
-    return model_path
+    return dict(zip(MODELS, install(list(MODELS)), strict=True)).__getitem__
