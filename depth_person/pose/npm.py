@@ -7,6 +7,7 @@ from pathlib import Path
 import shutil
 import subprocess
 import time
+from typing import IO
 
 from tqdm import tqdm
 
@@ -38,13 +39,15 @@ def npm_command() -> list[str]:
 
 
 def fetch_package(
-    package: str, folder: Path, *, size: int, stall_timeout_s: float = STALL_TIMEOUT_S,
+    package: str, folder: Path, *, size: int, lock: IO[str] | None = None,
+    stall_timeout_s: float = STALL_TIMEOUT_S,
 ) -> Path:
     """
     Return the archive of an npm package, downloaded into an empty folder, with a progress bar.
 
     :param package: name@version.
     :param size: of the archive, bytes, for the bar.
+    :param lock: a locked file, which stays locked while npm runs, should it outlive this process.
     :raises DepthPersonError: when npm is missing, fails, or makes no progress.
     """
     command = [
@@ -55,7 +58,7 @@ def fetch_package(
     with log.open('wb') as output:
         process = subprocess.Popen(
             command, stdin=subprocess.DEVNULL, stdout=output, stderr=subprocess.STDOUT,
-            cwd=folder)
+            cwd=folder, pass_fds=() if lock is None else (lock.fileno(),))
         try:
             _watch(process, folder, package, size, stall_timeout_s)
         finally:
@@ -82,7 +85,9 @@ def _watch(
             now = _bytes_under(folder)
             if now > seen:
                 grew_at, seen = time.monotonic(), now
-                bar.update(min(now, size) - bar.n)  # npm writes it twice: cache, then archive
+                bar.update(min(now, size) - bar.n)
+                if now >= size:  # npm now checks its copy, and writes the archive from it
+                    bar.set_postfix_str('checking')
             elif time.monotonic() - grew_at > stall_timeout_s:
                 raise DepthPersonError(
                     f'the download of {package} made no progress for {stall_timeout_s:.0f} s; '

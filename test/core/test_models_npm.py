@@ -1,6 +1,7 @@
 """npm is found, watched, and its faults are told; a script stands in for it here."""
 from __future__ import annotations
 
+import fcntl
 from importlib.machinery import ModuleSpec
 import time
 
@@ -63,6 +64,20 @@ def test_a_download_without_progress_is_ended(fake_npm, folder):
 def test_a_download_that_grows_is_waited_for(fake_npm, folder):
     fake_npm('for i in 1 2 3 4 5 6; do echo >> cache; sleep 0.3; done; mv cache some.tgz')
     assert fetch_package('some@1.0', folder, size=6, stall_timeout_s=1.5).exists()
+
+
+def test_npm_that_outlives_its_starter_keeps_the_lock(fake_npm, folder, tmp_path):
+    """Or the next install would clear the folder under its feet."""
+    fake_npm(f'touch some.tgz; (until test -e {tmp_path}/over; do sleep 0.1; done) &')
+    path = tmp_path / 'lock'
+    with path.open('w') as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        fetch_package('some@1.0', folder, size=1, lock=lock)
+    with path.open('w') as other:
+        with pytest.raises(BlockingIOError):
+            fcntl.flock(other, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        (tmp_path / 'over').touch()
+        fcntl.flock(other, fcntl.LOCK_EX)
 
 
 def test_the_npm_of_the_python_package_serves_where_there_is_no_other(monkeypatch):
