@@ -1,7 +1,6 @@
 """Where an evaluation's keypoints come from: a network, the truth, or a recording."""
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Protocol
 
 import cv2
@@ -50,15 +49,19 @@ class PoseStage(Protocol):
 
 
 class NetworkKeypoints:
-    """Keypoints that a pose network marks in the images."""
+    """
+    Keypoints that a pose network marks in the images.
 
-    def __init__(self, make_pose_stage: Callable[[], PoseStage]) -> None:
-        self._make_pose_stage = make_pose_stage
-        self._pose_stage = make_pose_stage()
+    Each still or sequence is stamped an hour after the one before, so that no track goes on.
+    """
+
+    def __init__(self, pose_stage: PoseStage) -> None:
+        self._pose_stage = pose_stage
+        self._start_s = 0.0
 
     def start_clip(self) -> None:
-        """Begin with a fresh tracker."""
-        self._pose_stage = self._make_pose_stage()
+        """Let an hour pass."""
+        self._start_s += 3600.0
 
     def people(self, frame: TrueFrame) -> People:
         """Return the people that the network finds in the image."""
@@ -73,7 +76,7 @@ class NetworkKeypoints:
             raise DepthPersonError(
                 f'{frame.image} is {width}x{height} px, but its intrinsics are for '
                 f'{frame.intrinsics.width}x{frame.intrinsics.height}')
-        stamp_ns = round((frame.time_s or 0.0) * 1e9)
+        stamp_ns = round((self._start_s + (frame.time_s or 0.0)) * 1e9)
         return self._pose_stage.estimate(Frame(image, stamp_ns, 'camera', frame.intrinsics))
 
     def match(self, frame: TrueFrame, people: People) -> NDArray[np.intp]:

@@ -11,7 +11,7 @@ from depth_person.pose.skeleton import COCO17_ROWS
 from depth_person.replay.dataset import TruePerson
 
 #: Less alike than this, two people are not the same.
-LEAST_SIMILARITY = 0.2
+LEAST_SIMILARITY = 0.3
 
 #: The spread of annotators' keypoints relative to a person's size, from the COCO data set.
 COCO_SPREAD = np.array([
@@ -29,7 +29,9 @@ def match_people(truth: Sequence[TruePerson], found: People) -> NDArray[np.intp]
 
     The most alike are paired first, each once. Alike by keypoints where the truth has them (COCO's
     object keypoint similarity, left and right as they are or exchanged, since networks confuse
-    them), otherwise by the boxes' intersection over union.
+    them), otherwise by how many keypoints lie in the true box, times (1 + u) / 2 with the boxes'
+    intersection over union u: a skeleton seen from the side, or of half a person, fills little
+    of the person's box.
     """
     matches = np.full(len(truth), -1, np.intp)
     if not (truth and len(found)):
@@ -48,8 +50,8 @@ def _similarities(person: TruePerson, found: People) -> NDArray[np.float64]:
         return np.maximum(
             _keypoint_similarities(person, found.keypoints[:, _ROWS]),
             _keypoint_similarities(person, found.keypoints[:, _MIRRORED_ROWS]))
-    overlaps = [_overlaps(box, _boxes(found)) for box in person.boxes]
-    return np.max(overlaps, axis=0, initial=0.0)
+    boxed = [_box_similarities(box, found) for box in person.boxes]
+    return np.max(boxed, axis=0) if boxed else np.zeros(len(found))
 
 
 def _keypoint_similarities(
@@ -64,6 +66,14 @@ def _keypoint_similarities(
     alike = np.exp(-square / (8 * area * COCO_SPREAD ** 2))
     marked = np.isfinite(alike)
     return np.where(marked, alike, 0.0).sum(axis=1) / np.maximum(marked.sum(axis=1), 1)
+
+
+def _box_similarities(box: NDArray[np.float64], found: People) -> NDArray[np.float64]:
+    """Return how well the skeletons of found people (n,) sit in a box."""
+    pixels = found.keypoints[..., :2]
+    inside = ((pixels >= box[:2]) & (pixels <= box[2:])).all(axis=-1).sum(axis=1)
+    marked = np.isfinite(pixels).all(axis=-1).sum(axis=1)
+    return inside / np.maximum(marked, 1) * (1 + _overlaps(box, _boxes(found))) / 2
 
 
 def _box(pixels: NDArray[np.float64]) -> NDArray[np.float64]:

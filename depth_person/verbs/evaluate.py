@@ -2,7 +2,8 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from dataclasses import replace
 import json
 from pathlib import Path
 import sys
@@ -32,7 +33,7 @@ _COLUMNS = {
     'median %': ('median_rel', '{:.1%}'), 'rmse m': ('rmse', '{:.2f}'),
     'bias m': ('bias', '{:+.2f}'), '1 sigma': ('coverage_1', '{:.0%}'),
     '2 sigma': ('coverage_2', '{:.0%}'), 'r': ('pearson_r', '{:.3f}'),
-    'shoulder px': ('median_shoulder_error_px', '{:.1f}'),
+    'shoulders': ('median_shoulder_error_px', '{:.1f} px'),
 }
 
 
@@ -47,7 +48,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         '--keypoints', choices=('network', 'truth', 'recorded'), default='network',
         help='where keypoints come from (default %(default)s)')
     parser.add_argument(
-        '--noise', type=float, default=0.0, metavar='PX',
+        '--noise', type=_at_least(0.0), default=0.0, metavar='PX',
         help='standard deviation added to true keypoints (default 0)')
     parser.add_argument('--seed', type=int, default=0, help='of that noise (default 0)')
     parser.add_argument(
@@ -67,17 +68,32 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         '--pose-model', metavar='NAME', help='the network of --keypoints network')
     parser.add_argument(
-        '--limit', type=int, metavar='N', help='stop after N stills and sequences')
+        '--pose-input-size', type=int, metavar='PX', help='longer side of the image it sees')
+    parser.add_argument(
+        '--limit', type=_at_least(1), metavar='N', help='stop after N stills and sequences')
     parser.add_argument(
         '--json', type=Path, metavar='OUT', help='write every sample and the summary')
     parser.add_argument(
         '--plots', type=Path, metavar='DIR', help='draw the errors as PNG files')
 
 
+def _at_least(lowest: float | int) -> Callable[[str], float | int]:
+    """Return a converter for argparse that takes numbers of the lowest one's type from it on."""
+    def number(text: str) -> float | int:
+        value = type(lowest)(text)
+        if not lowest <= value < float('inf'):
+            raise ValueError(text)
+        return value
+
+    number.__name__ = f'number of at least {lowest}'  # named so in argparse's message
+    return number
+
+
 def main(args: argparse.Namespace) -> int:
     """Print the tables; return 1 when a frame could not be used."""
     body = Body(
         shoulder_width=args.shoulder_width, stature=args.stature, children=args.children)
+    draw_plots = _plotter() if args.plots else None
     dataset = read_dataset(args.folder)
     evaluation = Evaluation(
         _source(args), make_estimator(args.estimator, body=body),
@@ -91,12 +107,17 @@ def main(args: argparse.Namespace) -> int:
     print('\n'.join(_tables(summary)))
     if args.json:
         _write_json(args.json, args, samples, summary, faults)
-    if args.plots:
-        from depth_person.replay.plots import draw_plots  # needs matplotlib, an extra
+    if draw_plots:
         draw_plots(samples, args.plots)
     for fault in faults:
         print(f'depth_person evaluate: left out {fault.file}: {fault.message}', file=sys.stderr)
     return 1 if faults else 0
+
+
+def _plotter() -> Callable[[list[Sample], Path], list[Path]]:
+    """Return draw_plots; asked for before the work begins, since matplotlib may be missing."""
+    from depth_person.replay.plots import draw_plots
+    return draw_plots
 
 
 def _source(args: argparse.Namespace) -> KeypointSource:
@@ -108,27 +129,34 @@ def _source(args: argparse.Namespace) -> KeypointSource:
             seed=args.seed)
     # The network's libraries are loaded only for this source.
     from depth_person.pose.pipeline import PoseEstimator, PoseOptions
-    options = PoseOptions(model=args.pose_model) if args.pose_model else PoseOptions()
-    return NetworkKeypoints(lambda: PoseEstimator(options))
+    options = PoseOptions()
+    if args.pose_model:
+        options = replace(options, model=args.pose_model)
+    if args.pose_input_size:
+        options = replace(options, input_size=args.pose_input_size)
+    return NetworkKeypoints(PoseEstimator(options))
 
 
 def _tables(summary: dict[str, Any]) -> Iterator[str]:
     """Yield the lines of the printed tables."""
-    width = max((len(name) for group in summary.values() if isinstance(group, dict)
-                 for name in group), default=0)
-    width = max(width, len('partly hidden'))
-    yield ' ' * width + ''.join(f'{heading:>12}' for heading in _COLUMNS)
-    groups = {'': {'overall': summary['overall']}, **{
-        key.removeprefix('by_'): group
-        for key, group in summary.items() if key.startswith('by_')}}
+    groups = {key.removeprefix('by_'): group
+              for key, group in summary.items() if key.startswith('by_')}
+    width = max(len(name) for group in [['overall'], *groups.values()] for name in group)
+    yield ' ' * width + ''.join(f'{heading:>11}' for heading in _COLUMNS)
+    yield _row('overall', summary['overall'], width)
     for title, group in groups.items():
-        if group and title:
-            yield title
+        if group:
+            yield f'by {title}'
         for name, figures in group.items():
-            yield f'{name:<{width}}' + ''.join(
-                f'{"-" if figures[key] is None else form.format(figures[key]):>12}'
-                for key, form in _COLUMNS.values())
+            yield _row(name, figures, width)
     yield f'people found who are nobody: {summary["false_people"]}'
+
+
+def _row(name: str, figures: dict[str, Any], width: int) -> str:
+    cells = (
+        '-' if figures[key] is None else form.format(figures[key])
+        for key, form in _COLUMNS.values())
+    return f'{name:<{width}}' + ''.join(f'{cell:>11}' for cell in cells)
 
 
 def _write_json(
