@@ -70,9 +70,9 @@ setup(
     entry_points={
         'console_scripts': [
             'depth_person = depth_person.cli:main',
-            'camera_node = depth_person.nodes.camera_node:main',
-            'pose_node = depth_person.nodes.pose_node:main',
-            'depth_node = depth_person.nodes.depth_node:main',
+            'camera_node = depth_person.nodes.executables:camera_node',
+            'pose_node = depth_person.nodes.executables:pose_node',
+            'depth_node = depth_person.nodes.executables:depth_node',
         ],
     },
 )

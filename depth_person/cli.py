@@ -9,6 +9,7 @@ import sys
 
 from depth_person import __version__
 from depth_person.errors import DepthPersonError
+from depth_person.interrupts import deferred_interrupts
 
 #: Verb -> what the list of verbs says of it. Each is a module of depth_person.verbs that has
 #: add_arguments(parser) and main(args) -> exit code.
@@ -23,23 +24,28 @@ VERBS = {
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line; return the exit code."""
     argv = sys.argv[1:] if argv is None else list(argv)
-    parser = argparse.ArgumentParser(prog='depth_person', description=__doc__)
-    parser.add_argument('--version', action='version', version=__version__)
-    verbs = parser.add_subparsers(dest='verb', required=True, metavar='VERB')
     chosen = next((word for word in argv if not word.startswith('-')), None)
-    for verb, summary in VERBS.items():
-        verb_parser = verbs.add_parser(verb, help=summary, description=summary)
-        if verb == chosen:  # the others stay unimported: each brings its own heavy libraries
-            module = import_module(f'depth_person.verbs.{verb}')
-            module.add_arguments(verb_parser)
-    args = parser.parse_args(argv)
     try:
-        return module.main(args)
+        return _run(argv, chosen)
     except DepthPersonError as error:
-        print(f'depth_person {args.verb}: {error}', file=sys.stderr)
+        print(f'depth_person {chosen}: {error}', file=sys.stderr)
         return 1
     except KeyboardInterrupt:
         return 130
     except BrokenPipeError:  # the reader, such as head, has left
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 141
+
+
+def _run(argv: Sequence[str], chosen: str | None) -> int:
+    parser = argparse.ArgumentParser(prog='depth_person', description=__doc__)
+    parser.add_argument('--version', action='version', version=__version__)
+    verbs = parser.add_subparsers(dest='verb', required=True, metavar='VERB')
+    for verb, summary in VERBS.items():
+        verb_parser = verbs.add_parser(verb, help=summary, description=summary)
+        if verb == chosen:  # the others stay unimported: each brings its own heavy libraries
+            with deferred_interrupts():
+                module = import_module(f'depth_person.verbs.{verb}')
+            module.add_arguments(verb_parser)
+    args = parser.parse_args(argv)
+    return module.main(args)

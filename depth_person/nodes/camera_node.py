@@ -20,7 +20,6 @@ from depth_person.nodes.frame_reader import FrameReader, is_live
 from depth_person.nodes.image_messages import encode_camera_info, encode_image, encode_jpeg, header
 from depth_person.nodes.monitor import Level
 from depth_person.nodes.parameters import CameraSettings, ParameterValue
-from depth_person.nodes.spin import main as run_main
 
 # Nodes find each other one by one, up to 1.4 s apart where several start at once.
 _SETTLE_S = 2.0
@@ -156,8 +155,3 @@ class CameraNode(StageNode[CameraSettings]):
         if self._clock_publisher is not None:
             self._clock_publisher.publish(
                 ClockMessage(clock=header(stamp_ns=stamp_ns, frame_id='').stamp))
-
-
-def main() -> int:
-    """Run camera_node as an executable."""
-    return run_main(CameraNode)

@@ -23,7 +23,6 @@ from depth_person.nodes.marker_messages import encode_markers
 from depth_person.nodes.monitor import Level
 from depth_person.nodes.overlay_output import OverlayOutput, Result
 from depth_person.nodes.parameters import DepthSettings, ParameterValue
-from depth_person.nodes.spin import main as run_main
 from depth_person.pose.people import People
 
 
@@ -148,8 +147,3 @@ def within(distances: Distances, max_range: float) -> Distances:
         position=np.where(far[:, None], np.nan, distances.position),
         reason=np.where(far, np.uint8(Reason.OUT_OF_RANGE), distances.reason),
         cues=np.where(far, np.uint8(Cue.NONE), distances.cues))
-
-
-def main() -> int:
-    """Run depth_node as an executable."""
-    return run_main(DepthNode)

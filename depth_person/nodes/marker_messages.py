@@ -29,7 +29,8 @@ def encode_markers(
         range.
     """
     markers = [Marker(header=header, action=Marker.DELETEALL)]
-    rows = np.flatnonzero(distances.known & np.isfinite(distances.position).all(axis=1))
+    finite = np.isfinite(distances.position).all(axis=1) & np.isfinite(distances.range_sigma)
+    rows = np.flatnonzero(distances.known & finite)
     if intrinsics is not None and rows.size:
         rays = intrinsics.undistort(people.keypoints[rows, :, :2])
         for row, person_rays in zip(rows, rays, strict=True):

@@ -14,7 +14,6 @@ from depth_person.nodes.image_input import ImageInput
 from depth_person.nodes.image_messages import decode_image, header
 from depth_person.nodes.monitor import Level
 from depth_person.nodes.parameters import ParameterValue, PoseSettings
-from depth_person.nodes.spin import main as run_main
 from depth_person.nodes.worker import Mailbox
 from depth_person.pose.people import People
 from depth_person.pose.pipeline import PoseEstimator, PoseOptions
@@ -82,8 +81,3 @@ class PoseNode(StageNode[PoseSettings]):
             self.monitor.latency(stamp_ns=frame.stamp_ns, now_ns=self.now_ns)
             if self._deliver is not None:
                 self._deliver(frame, people)
-
-
-def main() -> int:
-    """Run pose_node as an executable."""
-    return run_main(PoseNode)

@@ -3,6 +3,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from pathlib import Path
 import signal
 import sys
 import threading
@@ -54,15 +55,13 @@ def run_nodes(
                 node.destroy_node()
 
 
-def main(make_node: Callable[[], StageNode[Any]]) -> int:
+def run_alone(make_node: Callable[[], StageNode[Any]]) -> int:
     """Run one node as an executable; return the exit code."""
     try:
         run_nodes(lambda: [make_node()])
     except DepthPersonError as error:
-        print(f'{sys.argv[0].rpartition("/")[2]}: {error}', file=sys.stderr)
+        print(f'{Path(sys.argv[0]).name}: {error}', file=sys.stderr)
         return 1
-    except KeyboardInterrupt:  # before or after the nodes ran
-        return 130
     return 0
 
 
