@@ -7,16 +7,18 @@ talk over DDS on this machine only. The overlay as a video and a report land in 
     python demo/demo.py [--out FOLDER]
 """
 import argparse
+import math
 import os
 from pathlib import Path
 import random
+import socket
 import sys
 import threading
 
 import cv2
 import imageio_ffmpeg
 import numpy as np
-from processes import BIN, DemoError, interrupt_on_sigterm, Processes, wait_until
+from processes import BIN, DemoError, HERE, interrupt_on_sigterm, Processes, wait_until
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import DurabilityPolicy, QoSProfile
@@ -28,12 +30,11 @@ from watch import points, stamp_s
 
 from depth_person.replay.bags import BagReader
 
-HERE = Path(__file__).parent
 BAG = HERE / 'walk'
 TRUTH = '/person_truth'
 START_TIMEOUT_S = 60.0
 PLAY_TIMEOUT_S = 60.0
-SETTLE_S = 1.5
+SETTLE_S = 2.0
 
 
 class Companion:
@@ -44,10 +45,12 @@ class Companion:
         rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
         self.node = rclpy.create_node('demo')
         self.overlays = []
+        self.seen_the_last = threading.Event()
+        self._last_s = math.inf
         kept = QoSProfile(depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         self._truth = self.node.create_publisher(PointCloud2, TRUTH, kept)
         self.node.create_subscription(
-            CompressedImage, 'person_depth/image/compressed', self.overlays.append, 10)
+            CompressedImage, 'person_depth/image/compressed', self._on_overlay, 10)
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(self.node)
         self._thread = threading.Thread(target=self._executor.spin, daemon=True)
@@ -58,6 +61,12 @@ class Companion:
         with BagReader(BAG) as bag:
             for _, _, data in bag.raw_messages([TRUTH]):
                 self._truth.publish(bytes(data))
+            self._last_s = max(stamp_s(message) for _, _, message in bag.messages([TRUTH]))
+
+    def _on_overlay(self, message):
+        self.overlays.append(message)
+        if stamp_s(message) >= self._last_s:
+            self.seen_the_last.set()
 
     def everyone_is_there(self):
         """Return whether the nodes and the watcher have found each other."""
@@ -75,11 +84,23 @@ class Companion:
         rclpy.try_shutdown()
 
 
+def free_domain():
+    """Return a ROS domain that nobody on this machine seems to use."""
+    for domain in random.sample(range(1, 101), 100):  # those above meet ports of other programs
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as unicast:
+            try:
+                # The port at which the first participant of a domain is found (RTPS 9.6.1).
+                unicast.bind(('', 7410 + 250 * domain))
+            except OSError:
+                continue
+        return domain
+    raise DemoError('every ROS domain from 1 to 100 is in use; end some of the ROS programs')
+
+
 def play(out):
     """Play the bag; return the overlays as messages."""
-    # A domain that is probably nobody else's; those above 101 can meet ports in use.
     os.environ.update(
-        ROS_AUTOMATIC_DISCOVERY_RANGE='LOCALHOST', ROS_DOMAIN_ID=str(random.randrange(1, 101)))
+        ROS_AUTOMATIC_DISCOVERY_RANGE='LOCALHOST', ROS_DOMAIN_ID=str(free_domain()))
     companion = Companion()
     try:
         with Processes(logs=out) as processes:
@@ -96,7 +117,7 @@ def play(out):
             processes.start('camera_node', BIN / 'camera_node', *ros_args, '-p', f'source:={BAG}')
             wait_until(lambda: processes.check(may_end=('camera_node',)), what="the bag's end",
                        timeout_s=PLAY_TIMEOUT_S, processes=processes, may_end=('camera_node',))
-            threading.Event().wait(SETTLE_S)  # the last image is still on its way
+            companion.seen_the_last.wait(SETTLE_S)  # the last image is still on its way
             if processes.end('watch'):
                 raise DemoError(f'no person_depth/people came; the logs are in {out}')
         return companion.overlays

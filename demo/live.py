@@ -6,17 +6,17 @@ Measure people in a live source, or in a file, until Ctrl-C or its end.
 Runs `depth_person run` with what it is given, and the watcher beside it. Unless the environment
 says otherwise, no other machine sees the topics.
 """
+import os
 import sys
 import time
 
-from processes import BIN, DemoError, interrupt_on_sigterm, Processes
-
-from demo import HERE
+from processes import BIN, DemoError, HERE, interrupt_on_sigterm, Processes
 
 
 def main():
     """Run until Ctrl-C; return the exit code."""
     interrupt_on_sigterm()
+    os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
     try:
         with Processes() as processes:
             processes.start('watch', sys.executable, HERE / 'watch.py')

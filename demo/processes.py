@@ -1,11 +1,12 @@
 """Child processes that are ended with the process that started them."""
-import os
+from contextlib import contextmanager
 from pathlib import Path
 import signal
 import subprocess
 import sys
 import time
 
+HERE = Path(__file__).parent
 BIN = Path(sys.executable).parent
 #: How much of a log is shown when its process went wrong.
 LOG_LINES = 20
@@ -20,12 +21,10 @@ class Processes:
     Starts processes, and ends each by its own id.
 
     :param logs: folder for what they print; None lets them print here.
-    :param environment: what they have in their environment besides this process's.
     """
 
-    def __init__(self, *, logs=None, environment=None):
+    def __init__(self, *, logs=None):
         self._logs = logs
-        self._environment = {**os.environ, **(environment or {})}
         self._processes = {}
 
     def start(self, name, *command, quiet=True):
@@ -33,7 +32,7 @@ class Processes:
         log = (self._logs / f'{name}.log').open('wb') if quiet and self._logs else None
         # A session of its own, so that Ctrl-C comes here alone and they end in order.
         self._processes[name] = subprocess.Popen(
-            [str(word) for word in command], env=self._environment, stdout=log,
+            [str(word) for word in command], stdout=log,
             stderr=subprocess.STDOUT if log else None, start_new_session=True)
         if log:
             log.close()
@@ -66,8 +65,9 @@ class Processes:
         return self
 
     def __exit__(self, *_):
-        for name in reversed(list(self._processes)):
-            self.end(name)
+        with deaf_to_interrupts():
+            for name in reversed(list(self._processes)):
+                self.end(name)
 
     def _last_words(self, name):
         log = self._logs / f'{name}.log' if self._logs else None
@@ -75,6 +75,18 @@ class Processes:
             return ''
         lines = log.read_text(errors='replace').splitlines()[-LOG_LINES:]
         return '; it said:\n' + '\n'.join(lines)
+
+
+@contextmanager
+def deaf_to_interrupts():
+    """Ignore Ctrl-C and SIGTERM, so that a second one leaves no process behind."""
+    handlers = {number: signal.signal(number, signal.SIG_IGN)
+                for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield
+    finally:
+        for number, handler in handlers.items():
+            signal.signal(number, handler)
 
 
 def interrupt_on_sigterm():

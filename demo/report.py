@@ -2,10 +2,13 @@
 import csv
 
 import cv2
+from matplotlib import style
 from matplotlib.figure import Figure
 import numpy as np
 
-COLOURS = ('#0072b2', '#d55e00', '#009e73', '#cc79a7', '#e69f00', '#56b4e9')
+from depth_person.overlay import person_colour
+
+FAR = 1.15  # the plots reach so many times the furthest truth
 
 
 def read_samples(path):
@@ -18,42 +21,65 @@ def read_samples(path):
 
 def draw_report(samples, truth, picture, path):
     """
-    Write the report.
+    Write the report; each track has the colour that it has in the overlay.
 
     :param samples: columns, as read_samples returns them.
     :param truth: rows of (stamp, id, x, z, range).
     :param picture: a BGR image shown above the plots.
     :param path: of the PNG.
     """
-    figure = Figure(figsize=(10, 9), dpi=90, layout='constrained')
-    grid = figure.add_gridspec(2, 2, height_ratios=(1.3, 1), width_ratios=(1.5, 1))
-    overlay, over_time, above = (
-        figure.add_subplot(grid[0, :]), figure.add_subplot(grid[1, 0]),
-        figure.add_subplot(grid[1, 1]))
-    overlay.imshow(cv2.cvtColor(picture, cv2.COLOR_BGR2RGB))
-    overlay.set_axis_off()
+    with style.context('dark_background'):
+        figure = Figure(figsize=(10, 9.2), dpi=90, layout='constrained')
+        grid = figure.add_gridspec(2, 2, height_ratios=(1.5, 1), width_ratios=(1.6, 1))
+        overlay = figure.add_subplot(grid[0, :])
+        overlay.imshow(cv2.cvtColor(picture, cv2.COLOR_BGR2RGB))
+        overlay.set_axis_off()
+        furthest = FAR * truth[:, 4].max()
+        _draw_over_time(figure.add_subplot(grid[1, 0]), samples, truth, furthest)
+        _draw_from_above(figure.add_subplot(grid[1, 1]), samples, truth, furthest)
+        figure.savefig(path)
+
+
+def _tracks(samples):
+    """Yield (label, colour, columns) of each track, in the order of their ids."""
+    for track_id in np.unique(samples['track_id']).astype(int):
+        blue, green, red = np.array(person_colour(track_id)) / 255
+        own = samples['track_id'] == track_id
+        yield (f'#{track_id}', (red, green, blue),
+               {name: column[own] for name, column in samples.items()})
+
+
+def _truths(truth):
+    """Yield (label, rows) of each true person; one label is enough for all."""
+    for index, person in enumerate(np.unique(truth[:, 1])):
+        yield '_' if index else 'truth', truth[truth[:, 1] == person]
+
+
+def _draw_over_time(axes, samples, truth, furthest):
+    """Draw every range, with one sigma to both sides, against time."""
     start = truth[:, 0].min()
-    for index, person in enumerate(np.unique(truth[:, 1]).astype(int)):
-        colour = COLOURS[index % len(COLOURS)]
-        true = truth[truth[:, 1] == person]
-        own = {name: column[samples['truth_id'] == person] for name, column in samples.items()}
-        time = own['stamp_s'] - start
-        over_time.plot(true[:, 0] - start, true[:, 4], color=colour, lw=1.2)
-        over_time.errorbar(
-            time, own['range'], yerr=own['range_sigma'], fmt='o', ms=2.5, lw=0.7, alpha=0.6,
-            color=colour, label=f'person {person}')
-        above.plot(true[:, 2], true[:, 3], color=colour, lw=1.2)
-        above.plot(own['x'], own['z'], 'o', ms=2.5, alpha=0.6, color=colour)
-    highest = 1.4 * truth[:, 4].max()
-    over_time.set(
-        xlabel='time (s)', ylabel='range (m)', ylim=(0, highest),
-        title='range ± sigma (dots) and truth (lines)')
-    over_time.legend(loc='upper left', fontsize='small')
-    above.plot(0, 0, '^', color='black', ms=9, label='camera')
-    above.set(
-        xlabel='right (m)', ylabel='forward (m)', xlim=(-highest / 2, highest / 2),
-        ylim=(-0.5, highest), aspect='equal', title="bird's-eye view")
-    above.legend(loc='upper left', fontsize='small')
-    for axes in (over_time, above):
-        axes.grid(alpha=0.3)
-    figure.savefig(path)
+    for label, colour, own in _tracks(samples):
+        time, distance, sigma = own['stamp_s'] - start, own['range'], own['range_sigma']
+        axes.fill_between(
+            time, distance - sigma, distance + sigma, color=colour, alpha=0.25, lw=0)
+        axes.plot(time, distance, 'o', ms=2.5, color=colour, label=label)
+    for label, rows in _truths(truth):
+        axes.plot(rows[:, 0] - start, rows[:, 4], color='white', lw=1.2, label=label)
+    axes.set(xlabel='time (s)', ylabel='range (m)', ylim=(0, furthest), title='range ± sigma')
+    axes.legend(loc='upper left', fontsize='small')
+    axes.grid(alpha=0.2)
+
+
+def _draw_from_above(axes, samples, truth, furthest):
+    """Draw every position, with one sigma along its view ray, from above."""
+    for _, colour, own in _tracks(samples):
+        ends = 1 + np.outer((-1, 1), own['range_sigma'] / own['range'])
+        axes.plot(ends * own['x'], ends * own['z'], color=colour, alpha=0.25, lw=1)
+        axes.plot(own['x'], own['z'], 'o', ms=2.5, color=colour)
+    for _, rows in _truths(truth):
+        axes.plot(rows[:, 2], rows[:, 3], color='white', lw=1.2)
+    axes.plot(0, 0, '^', color='white', ms=9)
+    axes.annotate('camera', (0, 0), (8, -3), textcoords='offset points', fontsize='small')
+    axes.set(xlabel='right (m)', ylabel='forward (m)', xlim=(-furthest / 2, furthest / 2),
+             ylim=(-0.05 * furthest, furthest), aspect='equal', title="bird's-eye view")
+    axes.grid(alpha=0.2)

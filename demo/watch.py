@@ -105,6 +105,7 @@ class Watcher:
 
     def _on_truth(self, cloud):
         self._truth[stamp_s(cloud)] = points(cloud)
+        self.counts['images with truth'] = len(self._truth)
 
     def _on_people(self, cloud):
         stamp = stamp_s(cloud)
@@ -168,8 +169,9 @@ def stamp_s(message):
 
 def summary(samples, counts):
     """Yield the lines of the summary."""
-    yield (f'{counts["images"]} images, {counts["people"]} people in them, '
-           f'{counts["people without range"]} of these without a range')
+    sent = counts['images with truth']
+    yield (f'{counts["images"]} {f"of {sent} " if sent else ""}images, {counts["people"]} people '
+           f'in them, {counts["people without range"]} of these without a range')
     if any(each.truth_id >= 0 for each in samples):
         yield 'person  images  tracks  median error  relative  in 1 sigma  in 2 sigma'
     for person in sorted({each.truth_id for each in samples} - {-1}):
