@@ -1,4 +1,5 @@
 """Reading bags: whole, torn, and what only looks like one."""
+from concurrent.futures import ThreadPoolExecutor
 import logging
 
 from bag_messages import string
@@ -71,6 +72,7 @@ def numbers_in(reader):
     for topic, time_ns, message in reader.messages():
         assert (topic, message.data) == ('/text', text(time_ns))
         numbers.append(time_ns)
+    assert not reader.undecodable
     return numbers
 
 
@@ -97,6 +99,16 @@ def test_most_of_a_torn_file_is_read_and_the_damage_told(bags, tmp_path, kind, l
         assert numbers == list(range(len(numbers)))
         assert len(numbers) >= least
     assert f'{torn} is cut off or damaged' in reader.damage
+
+
+@pytest.mark.parametrize('kind', KINDS)
+@pytest.mark.parametrize('left', [0.5, 1.0])
+def test_a_bag_may_be_read_in_another_thread_than_it_was_opened_in(bags, tmp_path, kind, left):
+    data = bags[kind].read_bytes()
+    (tmp_path / bags[kind].name).write_bytes(data[:int(left * len(data))])
+
+    with BagReader(tmp_path / bags[kind].name) as reader, ThreadPoolExecutor(1) as thread:
+        assert len(thread.submit(numbers_in, reader).result()) >= 20
 
 
 @pytest.mark.parametrize('kind', KINDS)

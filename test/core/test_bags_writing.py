@@ -15,7 +15,7 @@ from rosbags.interfaces import (
     QosReliability,
     QosTime,
 )
-from rosbags.rosbag2 import Reader
+from rosbags.rosbag2 import Reader, Writer
 
 from depth_person.errors import DepthPersonError
 from depth_person.replay.bags import BagReader, BagWriter
@@ -114,6 +114,22 @@ def test_an_error_while_writing_leaves_what_was_written(tmp_path):
     with BagReader(tmp_path / 'bag') as reader:
         assert [message.data for _, _, message in reader.messages()] == ['before']
         assert reader.damage is None
+
+
+def test_a_message_is_finished_when_ctrl_c_strikes_while_it_is_written(tmp_path, monkeypatch):
+    write = Writer.write
+
+    def interrupted_write(self, *arguments):
+        signal.raise_signal(signal.SIGINT)
+        write(self, *arguments)
+
+    monkeypatch.setattr(Writer, 'write', interrupted_write)
+
+    with pytest.raises(KeyboardInterrupt), BagWriter(tmp_path / 'bag') as writer:
+        writer.write('/text', 0, string('whole'))
+
+    with BagReader(tmp_path / 'bag') as reader:
+        assert [message.data for _, _, message in reader.messages()] == ['whole']
 
 
 WRITE_UNTIL_STOPPED = """
