@@ -23,10 +23,12 @@ class Source(ABC):
     :ivar live: whether the camera sets the pace. If not, frames come as fast as they are read, and
         whoever reads paces them by their stamps.
     :ivar description: what is read, for messages; holds no password.
+    :ivar dropped: frames of a live source that came and were never read.
     """
 
     live: bool = False
     description: str
+    dropped: int = 0
 
     @abstractmethod
     def read(self) -> Frame | None:

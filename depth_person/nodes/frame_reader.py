@@ -6,7 +6,6 @@ import threading
 import time
 
 from depth_person.camera.frame import Frame
-from depth_person.camera.live import LiveSource
 from depth_person.camera.source import Source
 from depth_person.camera.sources import STREAM_SCHEMES
 from depth_person.errors import DepthPersonError
@@ -65,7 +64,7 @@ class FrameReader:
                     for frame in iter(source.read, None):
                         delay_s, started = _FIRST_DELAY_S, True
                         self._monitor.clear('source')
-                        if isinstance(source, LiveSource):
+                        if source.live:
                             self._monitor.value('dropped frames', str(source.dropped))
                         else:
                             self._pacer.wait(frame.stamp_ns)
@@ -86,9 +85,9 @@ class FrameReader:
             delay_s = min(2 * delay_s, _LONGEST_DELAY_S)
 
     def interrupt(self) -> None:
-        """End the wait for a camera's next frame; called from another thread."""
+        """End the wait for the next frame, from another thread."""
         self._stopping.set()
-        if isinstance(self._source, LiveSource):  # whose close may be called at any time
+        if self._source is not None and self._source.live:
             self._source.close()
 
 
