@@ -53,7 +53,8 @@ class TornMcap:
             if schema is not None:
                 self.connections.append(_connection(
                     channel.id, channel.topic, schema.name, count=counts[channel.id],
-                    definition=schema.data.decode(), definition_format=schema.encoding))
+                    definition=schema.data.decode(errors='replace'),
+                    definition_format=schema.encoding))
 
     def messages(self, connections: Collection[Connection]) -> Iterator[Record]:
         """Yield the messages of some connections in the order in which they were written."""
