@@ -51,10 +51,10 @@ class Processes:
         return set(ended)
 
     def end(self, name, timeout_s=10.0):
-        """End one as Ctrl-C does; return its exit code."""
+        """End one; return its exit code."""
         process = self._processes.pop(name)
         if process.poll() is None:
-            process.send_signal(signal.SIGINT)
+            process.terminate()  # SIGINT would have it print a traceback while it still loads
         try:
             return process.wait(timeout_s)
         except subprocess.TimeoutExpired:

@@ -1,10 +1,12 @@
-"""Draws what the demo measured, beside the truth."""
+"""Turns what the demo measured into a video and a picture beside the truth."""
 import csv
 
 import cv2
+import imageio_ffmpeg
 from matplotlib import style
 from matplotlib.figure import Figure
 import numpy as np
+from tqdm import tqdm
 
 from depth_person.overlay import person_colour
 
@@ -17,6 +19,31 @@ def read_samples(path):
         rows = list(csv.DictReader(stream))
     names = rows[0] if rows else ()
     return {name: np.array([float(each[name]) for each in rows]) for name in names}
+
+
+def decoded(message):
+    """Return the BGR picture of a sensor_msgs/CompressedImage."""
+    return cv2.imdecode(np.frombuffer(message.data, np.uint8), cv2.IMREAD_COLOR)
+
+
+def write_video(overlays, stamps, path):
+    """
+    Write the overlays as H.264, each for as long as it was the newest.
+
+    :param overlays: CompressedImage by stamp.
+    :param stamps: of all images that were sent, in order.
+    """
+    shown = decoded(next(iter(overlays.values())))
+    height, width = shown.shape[:2]
+    writer = imageio_ffmpeg.write_frames(
+        str(path), (width, height), pix_fmt_in='bgr24', fps=1 / np.median(np.diff(stamps)),
+        codec='libx264', quality=7, macro_block_size=2)
+    writer.send(None)
+    for stamp in tqdm(stamps, desc=path.name, unit='frame'):
+        if stamp in overlays:
+            shown = decoded(overlays[stamp])
+        writer.send(shown)
+    writer.close()
 
 
 def draw_report(samples, truth, picture, path):
