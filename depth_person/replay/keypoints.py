@@ -67,14 +67,14 @@ class NetworkKeypoints:
         """Return the people that the network finds in the image."""
         if frame.image is None:
             raise DepthPersonError(
-                f'{frame.name} is recorded keypoints without an image; use --keypoints recorded')
+                'has recorded keypoints and no image; use --keypoints recorded')
         image = cv2.imread(str(frame.image), cv2.IMREAD_COLOR)
         if image is None:
-            raise DepthPersonError(f'{frame.image} is not an image that OpenCV can read')
+            raise DepthPersonError('is not an image that OpenCV can read')
         if not frame.intrinsics.fits(image):
             height, width = image.shape[:2]
             raise DepthPersonError(
-                f'{frame.image} is {width}x{height} px, but its intrinsics are for '
+                f'is {width}x{height} px, but its intrinsics are for '
                 f'{frame.intrinsics.width}x{frame.intrinsics.height}')
         stamp_ns = round((self._start_s + (frame.time_s or 0.0)) * 1e9)
         return self._pose_stage.estimate(Frame(image, stamp_ns, 'camera', frame.intrinsics))
@@ -104,7 +104,7 @@ class RecordedKeypoints(_KnownKeypoints):
         """Return the recorded people; a keypoint of score 0 is missing."""
         recorded = [person.recorded for person in frame.people]
         if any(keypoints is None for keypoints in recorded):
-            raise DepthPersonError(f'{frame.name} has no recorded keypoints')
+            raise DepthPersonError('has no keypoints_detected; use another --keypoints')
         keypoints = np.array(recorded, np.float64).reshape(-1, 17, 3)
         keypoints[keypoints[..., 2] <= 0] = np.nan
         return _numbered(from_coco17(keypoints), convention='pifpaf')
@@ -138,7 +138,7 @@ class TrueKeypoints(_KnownKeypoints):
     def people(self, frame: TrueFrame) -> People:
         """Return every person of the frame who has a keypoint to be seen."""
         if any(person.keypoints is None for person in frame.people):
-            raise DepthPersonError(f'{frame.name} has no keypoints_px for --keypoints truth')
+            raise DepthPersonError('has no keypoints_px; use another --keypoints')
         marked = [self._marked(person) for person in frame.people]
         keypoints = from_coco17(np.array(marked).reshape(-1, 17, 3))
         necks = [person.neck for person in frame.people]

@@ -25,7 +25,7 @@ def summarise(samples: Sequence[Sample]) -> dict[str, Any]:
     return {
         'overall': figures(true),
         'by_scenario': _grouped(true, lambda sample: sample.scenario),
-        'by_distance': _grouped(true, _distance_bin),
+        'by_distance': _grouped(sorted(true, key=_true_range), _distance_bin),
         'by_facing': _grouped(true, _facing),
         'by_visibility': _grouped(true, _visibility),
         'false_people': len(samples) - len(true),
@@ -82,20 +82,25 @@ def _pearson(a: np.ndarray, b: np.ndarray) -> float | None:
 def _grouped(
     samples: Sequence[Sample], name_of: Callable[[Sample], str | None],
 ) -> dict[str, dict[str, float | int | None]]:
-    """Return the figures of each group, in order of name."""
+    """Return the figures of each group, in order of first appearance."""
     groups: dict[str, list[Sample]] = {}
     for sample in samples:
         if name := name_of(sample):
             groups.setdefault(name, []).append(sample)
-    return {name: figures(groups[name]) for name in sorted(groups)}
+    return {name: figures(group) for name, group in groups.items()}
+
+
+def _true_range(sample: Sample) -> float:
+    assert sample.range_true is not None
+    return sample.range_true
 
 
 def _distance_bin(sample: Sample) -> str:
-    assert sample.range_true is not None
     edges = (0.0, *DISTANCE_BINS)
-    i = int(np.searchsorted(DISTANCE_BINS, sample.range_true, side='right'))
-    return f'{edges[i]:02.0f}-{edges[i + 1]:02.0f} m' if i < len(DISTANCE_BINS) else (
-        f'>{edges[i]:02.0f} m')
+    i = int(np.searchsorted(DISTANCE_BINS, _true_range(sample), side='right'))
+    if i == len(DISTANCE_BINS):
+        return f'>{edges[i]:g} m'
+    return f'{edges[i]:g}-{edges[i + 1]:g} m'
 
 
 def _facing(sample: Sample) -> str | None:

@@ -15,6 +15,9 @@ except ImportError as error:
     raise DepthPersonError(
         'plots need matplotlib; install it with: pip install "depth_person[demo]"') from error
 
+#: Larger relative errors are drawn at the edge.
+_LARGEST_PERCENT = 60.0
+
 
 def draw_plots(samples: Sequence[Sample], folder: Path) -> list[Path]:
     """
@@ -68,19 +71,20 @@ def _errors(samples: Sequence[Sample]) -> Figure:
     figure = Figure(figsize=(12, 5), layout='constrained')
     by_range, by_yaw = figure.subplots(1, 2, sharey=True)
     true, estimated, _ = _columns(samples)
-    by_range.plot(true, 100 * (estimated / true - 1), 'o', ms=4, alpha=0.6)
-    by_range.set(xlabel='true range (m)', ylabel='relative error (%)', ylim=(-60, 100))
-    turned = [s for s in samples if s.yaw_deg is not None]
-    if turned:
-        true, estimated, _ = _columns(turned)
-        yaw = (np.array([s.yaw_deg for s in turned], np.float64) + 180) % 360 - 180
-        by_yaw.plot(yaw, 100 * (estimated / true - 1), 'o', ms=4, alpha=0.6)
+    percent = 100 * (estimated / true - 1)
+    yaw = np.array([np.nan if s.yaw_deg is None else s.yaw_deg for s in samples])
+    for axes, place in ((by_range, true), (by_yaw, (yaw + 180) % 360 - 180)):
+        beyond = percent > _LARGEST_PERCENT
+        axes.plot(place[~beyond], percent[~beyond], 'C0o', ms=4, alpha=0.6)
+        axes.plot(place[beyond], np.full(beyond.sum(), _LARGEST_PERCENT), 'C3^', ms=6)
+        axes.axhline(0, color='k', lw=0.8)
+        axes.grid(alpha=0.3)
+    by_range.set(
+        xlabel='true range (m)', ylabel='relative error (%); triangles lie beyond',
+        ylim=(-60, _LARGEST_PERCENT + 5))
     by_yaw.set(
         xlabel='yaw (degrees; 0 faces the camera)', xlim=(-180, 180),
         xticks=range(-180, 181, 45))
-    for axes in (by_range, by_yaw):
-        axes.axhline(0, color='k', lw=0.8)
-        axes.grid(alpha=0.3)
     return figure
 
 

@@ -56,14 +56,14 @@ def _read_frames(folder: Path, root: Path) -> tuple[list[TrueFrame], list[Fault]
 
 
 def _frame(record: Record, folder: Path, root: Path) -> TrueFrame:
-    image = folder / record.text('image')
-    if not image.is_file():
-        raise record.fault('image', f'names {image}, which is not there')
+    name = record.text('image')
+    if not (folder / name).is_file():
+        raise record.fault('image', f'names {name}, which is not there')
     return TrueFrame(
-        name=image.relative_to(root).as_posix(), image=image,
+        name=(folder.relative_to(root) / name).as_posix(), image=folder / name,
         intrinsics=_intrinsics(record),
         people=tuple(_person(person) for person in record.children('persons')),
-        scenario=record.get('scenario', ''), tag=record.get('tag', ''),
+        scenario=record.text('scenario', ''), tag=record.text('tag', ''),
         time_s=_optional_number(record, 'time_s'),
         mounting=_mounting(record.child('camera')) if 'camera' in record else Mounting())
 
@@ -86,7 +86,7 @@ def _mounting(camera: Record) -> Mounting:
         mounting = replace(mounting, gravity=np.array([
             math.sin(roll) * math.cos(pitch), math.cos(roll) * math.cos(pitch),
             math.sin(pitch)]))
-    level = not any(camera.get(f'slope_{way}_deg', 0.0) for way in ('fwd', 'right'))
+    level = not any(camera.number(f'slope_{way}_deg', 0.0) for way in ('fwd', 'right'))
     if 'height_m' in camera and level:
         mounting = replace(mounting, height=camera.number('height_m'))
     return mounting
@@ -99,15 +99,15 @@ def _optional_number(record: Record, key: str) -> float | None:
 def _person(record: Record) -> TruePerson:
     boxes = [record.array(key, [4]) for key in ('bbox_full', 'bbox_visible') if key in record]
     return TruePerson(
-        id=record.get('id', ''),
+        id=record.identity('id'),
         depth=record.positive('depth_z_m'), range=record.positive('range_m'),
-        reference=_reference(record.get('reference_point', '')),
+        reference=_reference(record.text('reference_point', '')),
         boxes=np.array(boxes).reshape(-1, 4),
-        kind=record.get('kind'),
+        kind=record.text('kind', '') or None,
         yaw_deg=_optional_number(record, 'yaw_deg'),
         visible_fraction=_optional_number(record, 'visible_fraction'),
         keypoints=record.array('keypoints_px', [17, 3]) if 'keypoints_px' in record else None,
-        flags=tuple(record.get('keypoints_flag')) if 'keypoints_flag' in record else None,
+        flags=record.texts('keypoints_flag', 17) if 'keypoints_flag' in record else None,
         neck=record.array('neck_px', [2]) if 'neck_px' in record else None)
 
 
@@ -125,10 +125,14 @@ def _read_recording(path: Path) -> Dataset:
     The depth is z of xyz_m, whose other entries are not used. The image's size is not recorded;
     it is taken as twice the principal point.
     """
-    recording = Record.read(path)
-    reference = _reference(recording.get('reference_point', ''))
+    try:
+        recording = Record.read(path)
+        records = recording.children('people')
+        reference = _reference(recording.text('reference_point', ''))
+    except DepthPersonError as error:
+        raise DepthPersonError(f'{path} {error}') from error
     people, faults = [], []
-    for i, record in enumerate(recording.children('people')):
+    for i, record in enumerate(records):
         try:
             people.append((record.text('frame'), _recorded_camera(record.child('K')),
                            _recorded_person(record, i, reference)))

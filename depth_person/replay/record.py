@@ -15,14 +15,16 @@ from depth_person.errors import DepthPersonError
 
 class Record:
     """
-    A JSON object that names the file and the key of whatever is wrong with it.
+    A JSON object that names the key of whatever is wrong with it.
 
-    A key that is absent or null is absent; asking for it is an error unless it is optional.
+    A key that is absent or null is absent, and asking for it an error.
+
+    :param where: the path of keys that leads to it, with a space at its end.
     """
 
-    def __init__(self, values: Any, where: str) -> None:
+    def __init__(self, values: Any, where: str = '') -> None:
         if not isinstance(values, dict):
-            raise DepthPersonError(f'{where} is not a JSON object')
+            raise DepthPersonError(f'{where}is not a JSON object')
         self._values = values
         self._where = where
 
@@ -30,27 +32,27 @@ class Record:
     def read(cls, path: Path) -> Record:
         """Return the object that a file holds."""
         try:
-            return cls(json.loads(path.read_text(encoding='utf-8')), f'{path}:')
+            return cls(json.loads(path.read_text(encoding='utf-8')))
         except OSError as error:
-            raise DepthPersonError(f'{path}: {error.strerror}') from error
+            raise DepthPersonError(f'cannot be read: {error.strerror}') from error
         except ValueError as error:
-            raise DepthPersonError(f'{path}: not valid JSON: {error}') from error
+            raise DepthPersonError(f'is not valid JSON: {error}') from error
 
     def __contains__(self, key: str) -> bool:
         return self._values.get(key) is not None
 
     def fault(self, key: str, what: str) -> DepthPersonError:
         """Return the error that says what is wrong with a key."""
-        return DepthPersonError(f'{self._where} {key} {what}')
+        return DepthPersonError(f'{self._where}{key} {what}')
 
     def _get(self, key: str) -> Any:
         if key not in self:
             raise self.fault(key, 'is missing')
         return self._values[key]
 
-    def number(self, key: str) -> float:
-        """Return a finite number."""
-        value = self._get(key)
+    def number(self, key: str, default: float | None = None) -> float:
+        """Return a finite number; the default, if there is one, where the key is absent."""
+        value = self._get(key) if default is None or key in self else default
         if isinstance(value, bool) or not isinstance(value, (int, float)):
             raise self.fault(key, f'is not a number but {value!r}')
         if not math.isfinite(value):
@@ -64,12 +66,20 @@ class Record:
             raise self.fault(key, f'is {value:g}, not positive')
         return value
 
-    def text(self, key: str) -> str:
-        """Return a text."""
-        value = self._get(key)
+    def text(self, key: str, default: str | None = None) -> str:
+        """Return a text; the default, if there is one, where the key is absent."""
+        value = self._get(key) if default is None or key in self else default
         if not isinstance(value, str):
             raise self.fault(key, f'is not a text but {value!r}')
         return value
+
+    def texts(self, key: str, count: int) -> tuple[str, ...]:
+        """Return a list of so many texts."""
+        value = self._get(key)
+        if not (isinstance(value, list) and len(value) == count
+                and all(isinstance(item, str) for item in value)):
+            raise self.fault(key, f'is not a list of {count} texts')
+        return tuple(value)
 
     def array(self, key: str, shape: Sequence[int]) -> NDArray[np.float64]:
         """Return numbers in nested lists of this shape."""
@@ -86,15 +96,18 @@ class Record:
 
     def child(self, key: str) -> Record:
         """Return the object under a key."""
-        return Record(self._get(key), f'{self._where} {key}:')
+        return Record(self._get(key), f'{self._where}{key}: ')
 
     def children(self, key: str) -> list[Record]:
         """Return the objects of a list."""
         value = self._get(key)
         if not isinstance(value, list):
             raise self.fault(key, 'is not a list')
-        return [Record(item, f'{self._where} {key}[{i}]:') for i, item in enumerate(value)]
+        return [Record(item, f'{self._where}{key}[{i}]: ') for i, item in enumerate(value)]
 
-    def get(self, key: str, default: Any = None) -> Any:
-        """Return what is under a key unchecked, or the default."""
-        return self._values[key] if key in self else default
+    def identity(self, key: str) -> int | str:
+        """Return a whole number or a text."""
+        value = self._get(key)
+        if isinstance(value, bool) or not isinstance(value, (int, str)):
+            raise self.fault(key, f'is neither a whole number nor a text but {value!r}')
+        return value

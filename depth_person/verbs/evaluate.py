@@ -109,8 +109,8 @@ def main(args: argparse.Namespace) -> int:
         _write_json(args.json, args, samples, summary, faults)
     if draw_plots:
         draw_plots(samples, args.plots)
-    for fault in faults:
-        print(f'depth_person evaluate: left out {fault.file}: {fault.message}', file=sys.stderr)
+    for line in _complaints(faults):
+        print(f'depth_person evaluate: {line}', file=sys.stderr)
     return 1 if faults else 0
 
 
@@ -150,6 +150,16 @@ def _tables(summary: dict[str, Any]) -> Iterator[str]:
         for name, figures in group.items():
             yield _row(name, figures, width)
     yield f'people found who are nobody: {summary["false_people"]}'
+
+
+def _complaints(faults: list[Fault]) -> Iterator[str]:
+    """Yield a line for each different fault."""
+    files: dict[str, list[str]] = {}
+    for fault in faults:
+        files.setdefault(fault.message, []).append(fault.file)
+    for message, names in files.items():
+        more = f' (and {len(names) - 1} more)' if len(names) > 1 else ''
+        yield f'left out {names[0]}{more}: {message}'
 
 
 def _row(name: str, figures: dict[str, Any], width: int) -> str:
