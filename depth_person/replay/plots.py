@@ -10,6 +10,7 @@ from depth_person.errors import DepthPersonError
 from depth_person.replay.evaluate import Sample
 
 try:
+    from matplotlib import colormaps
     from matplotlib.figure import Figure
 except ImportError as error:
     raise DepthPersonError(
@@ -53,6 +54,7 @@ def _ranges(samples: Sequence[Sample]) -> Figure:
     """Draw estimated against true range, by scenario, with bars of one sigma."""
     figure = Figure(figsize=(8, 7), layout='constrained')
     axes = figure.subplots()
+    axes.set_prop_cycle(color=colormaps['tab20'].colors)
     for scenario in sorted({s.scenario for s in samples}):
         true, estimated, sigma = _columns([s for s in samples if s.scenario == scenario])
         axes.errorbar(
@@ -104,5 +106,5 @@ def _coverage(samples: Sequence[Sample]) -> Figure:
         xlim=(0, 4), ylim=(0, 1), xlabel='within so many of its own sigmas',
         ylabel='share of people')
     axes.grid(alpha=0.3)
-    axes.legend()
+    axes.legend(loc='lower right')
     return figure
