@@ -36,7 +36,7 @@ def write_video(overlays, stamps, path):
     shown = decoded(next(iter(overlays.values())))
     height, width = shown.shape[:2]
     writer = imageio_ffmpeg.write_frames(
-        str(path), (width, height), pix_fmt_in='bgr24', fps=1 / np.median(np.diff(stamps)),
+        str(path), (width, height), pix_fmt_in='bgr24', fps=1 / np.diff(stamps).mean(),
         codec='libx264', quality=7, macro_block_size=2)
     writer.send(None)
     for stamp in tqdm(stamps, desc=path.name, unit='frame'):

@@ -1,6 +1,9 @@
 """Draws skeletons and distances into images."""
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import NamedTuple
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +29,14 @@ _SHIFT = 4
 _FURTHEST = 30_000 >> _SHIFT  # pixels; OpenCV's fixed-point lines overflow not far beyond
 
 
+class Box(NamedTuple):
+    """Where a label is, pixels; all are of one height."""
+
+    left: int
+    top: int
+    width: int
+
+
 def draw(image: NDArray[np.uint8], people: People, distances: Distances) -> None:
     """
     Draw each person's skeleton, and at the neck the range in centimetres with one sigma.
@@ -40,13 +51,15 @@ def draw(image: NDArray[np.uint8], people: People, distances: Distances) -> None
     for row in order:  # the nearest last, on top
         colour = person_colour(int(people.track_ids[row])) if distances.known[row] else NO_RANGE
         _draw_skeleton(image, people.keypoints[row], colour, scale)
-    for row in order:
+    boxes: list[Box] = []
+    for row in order[::-1]:
         if distances.known[row]:
             track_id = int(people.track_ids[row])
             text = (f'#{track_id}  {100 * distances.range[row]:.0f} '
                     f'+/- {100 * distances.range_sigma[row]:.0f} cm')
-            _draw_label(
-                image, text, _anchor(people.keypoints[row]), person_colour(track_id), scale)
+            boxes.append(_draw_label(
+                image, text, _anchor(people.keypoints[row]), person_colour(track_id), scale,
+                avoid=boxes))
 
 
 def person_colour(track_id: int) -> tuple[int, int, int]:
@@ -59,7 +72,7 @@ def _draw_skeleton(
     scale: float,
 ) -> None:
     points = keypoints[:, :2]
-    drawable = np.isfinite(points).all(axis=1) & (np.abs(points) < _FURTHEST).all(axis=1)
+    drawable: NDArray[np.bool_] = np.all(np.abs(points) < _FURTHEST, axis=1)  # NaN is not
     fixed = np.rint(np.where(drawable[:, None], points, 0) * (1 << _SHIFT)).astype(np.int32)
     limbs = _LIMBS[drawable[_LIMBS].all(axis=1)]
     sure = (keypoints[limbs, 2] >= SURE_SCORE).all(axis=1)
@@ -86,9 +99,9 @@ def _anchor(keypoints: NDArray[np.float32]) -> NDArray[np.float32]:
 
 def _draw_label(
     image: NDArray[np.uint8], text: str, anchor: NDArray[np.float32],
-    colour: tuple[int, int, int], scale: float,
-) -> None:
-    """Write a text beside its anchor, moved as far as it takes to be inside the image."""
+    colour: tuple[int, int, int], scale: float, *, avoid: Sequence[Box],
+) -> Box:
+    """Write a text beside its anchor, inside the image and above other labels; return where."""
     size, pad, thickness = 0.6 * scale, round(6 * scale), max(round(scale), 1)
     (width, height), baseline = cv2.getTextSize(text, _FONT, size, thickness)
     width, height = width + 2 * pad, height + baseline + 2 * pad
@@ -96,9 +109,14 @@ def _draw_label(
     beside = np.array((10 * scale, -height / 2))
     wanted = np.clip(anchor, -_FURTHEST, _FURTHEST) + beside
     left, top = np.clip(np.rint(wanted).astype(int), 0, limits).tolist()
+    for other in sorted(avoid, key=lambda box: box.top, reverse=True):
+        if (abs(other.top - top) <= height
+                and left <= other.left + other.width and other.left <= left + width):
+            top = max(other.top - height - 1, 0)
     cv2.rectangle(
         image, (left, top), (left + width, top + height), _LABEL_BACKGROUND, cv2.FILLED)
     cv2.rectangle(image, (left, top), (left + pad // 2, top + height), colour, cv2.FILLED)
     cv2.putText(
         image, text, (left + pad, top + height - baseline - pad), _FONT, size, _WHITE, thickness,
         cv2.LINE_AA)
+    return Box(left, top, width)

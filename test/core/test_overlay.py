@@ -33,6 +33,10 @@ def drawn(*skeletons, reason=Reason.NONE, position=(0.0, 0.0, 5.0)):
     return image
 
 
+def label_pixels(image):
+    return (image == (32, 32, 32)).all(axis=-1).sum()
+
+
 def has_colour(image, colour):
     return (image == colour).all(axis=-1).any()
 
@@ -75,11 +79,14 @@ def test_who_has_no_range_is_grey_and_has_no_number():
 
 @pytest.mark.parametrize('neck', [(2, 2), (WIDTH - 2, 2), (WIDTH - 2, HEIGHT - 2), (2, HEIGHT)])
 def test_labels_at_the_border_are_whole(neck):
-    def label_pixels(image):
-        return (image == (32, 32, 32)).all(axis=-1).sum()
-
     whole = label_pixels(drawn(person((300, 100), size=1.0)))
     assert label_pixels(drawn(person(neck, size=1.0))) == pytest.approx(whole, rel=0.02)
+
+
+def test_labels_of_neighbours_do_not_hide_each_other():
+    one, *others = (person((300 + 4 * step, 100 + step), size=1.0) for step in range(3))
+    alone = label_pixels(drawn(one))
+    assert label_pixels(drawn(one, *others)) == pytest.approx(3 * alone, rel=0.06)
 
 
 @pytest.mark.parametrize('wild', [np.nan, np.inf, -np.inf, 1e9, -1e30])
