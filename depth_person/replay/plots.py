@@ -54,7 +54,7 @@ def _ranges(samples: Sequence[Sample]) -> Figure:
     """Draw estimated against true range, by scenario, with bars of one sigma."""
     figure = Figure(figsize=(8, 7), layout='constrained')
     axes = figure.subplots()
-    axes.set_prop_cycle(color=colormaps['tab20'].colors)
+    axes.set_prop_cycle(color=colormaps['tab20'](range(20)))
     for scenario in sorted({s.scenario for s in samples}):
         true, estimated, sigma = _columns([s for s in samples if s.scenario == scenario])
         axes.errorbar(
