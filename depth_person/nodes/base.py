@@ -60,7 +60,7 @@ class StageNode(Node, Generic[Settings]):
             if wrong := unknown_parameter(key, table):
                 self.monitor.fault(f'parameter {key}', Level.WARN, wrong)
         self.settings = settings(**declare(self, table, self._given))
-        watch(self, table, self._commit)
+        watch(self, table, try_out=self._with, commit=self._commit)
         # Wall time: with use_sim_time and no /clock there is something to report, too.
         self.create_timer(
             _DIAGNOSTICS_PERIOD_S, self._publish_diagnostics,
@@ -154,8 +154,11 @@ class StageNode(Node, Generic[Settings]):
         self.monitor.clear(_qos_key(subscription))
         self.destroy_subscription(subscription)
 
+    def _with(self, changed: Mapping[str, ParameterValue]) -> Settings:
+        return replace(self.settings, **changed)  # type: ignore[type-var]
+
     def _commit(self, changed: Mapping[str, ParameterValue]) -> None:
-        self.settings = replace(self.settings, **changed)  # type: ignore[type-var]
+        self.settings = self._with(changed)
         self.settings_changed()
 
     def _check_qos(self) -> None:

@@ -43,13 +43,14 @@ def encode_people(people: People, header: Header) -> PointCloud2:
     return _cloud(points, header, is_dense=False)
 
 
-def decode_people(message: PointCloud2) -> People:
+def decode_people(message: PointCloud2, *, convention: str = 'coco') -> People:
     """
     Return the people of a /person_keypoints cloud.
 
     The cloud does not say whether the network marked the neck itself. A neck at exactly the
     shoulders' midpoint is one that was derived from them.
 
+    :param convention: of the network, which the cloud does not say either.
     :raises DepthPersonError: when the cloud has another layout.
     """
     points = decode_cloud(message, KEYPOINT_POINT)
@@ -63,7 +64,8 @@ def decode_people(message: PointCloud2) -> People:
     midpoint = (keypoints[:, Keypoint.R_SHOULDER] + keypoints[:, Keypoint.L_SHOULDER]) / 2
     neck = keypoints[:, Keypoint.NECK]
     measured = np.isfinite(neck[:, 0]) & (neck != midpoint)[:, :2].any(axis=1)
-    return People(keypoints, track_ids, neck_measured=bool(measured.any()))
+    return People(
+        keypoints, track_ids, neck_measured=bool(measured.any()), convention=convention)
 
 
 def person_scores(people: People) -> NDArray[np.float32]:

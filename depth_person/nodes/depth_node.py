@@ -5,15 +5,16 @@ from collections.abc import Mapping
 import time
 
 import numpy as np
-from sensor_msgs.msg import CameraInfo, CompressedImage, Image, PointCloud2
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image, Imu, PointCloud2
 from std_msgs.msg import Header
 from visualization_msgs.msg import MarkerArray
 
 from depth_person.camera.frame import Frame
 from depth_person.camera.intrinsics import Intrinsics
-from depth_person.distance.estimator import Body, Cue, Distances, Reason
+from depth_person.distance.estimator import Distances, Reason
 from depth_person.distance.estimators import make_estimator
 from depth_person.errors import DepthPersonError
+from depth_person.nodes.attitude_input import AttitudeInput
 from depth_person.nodes.base import StageNode
 from depth_person.nodes.calibration_input import CalibrationInput
 from depth_person.nodes.cloud_messages import decode_people, encode_distances
@@ -46,6 +47,9 @@ class DepthNode(StageNode[DepthSettings]):
             self, self._on_image, compressed=self.settings.compressed, optional=True)
         self._calibration = CalibrationInput(
             self.monitor, topic=self.resolve_topic_name('camera_info'))
+        self._attitude = AttitudeInput(self.monitor, topic=self.resolve_topic_name('imu'))
+        if self.settings.attitude == 'imu':
+            self.listen(Imu, 'imu', self._attitude.take)
         if listen:
             self.listen(CameraInfo, 'camera_info', self._on_camera_info)
             self.listen(PointCloud2, 'person_keypoints', self._on_keypoints)
@@ -59,8 +63,7 @@ class DepthNode(StageNode[DepthSettings]):
 
     def settings_changed(self) -> None:
         """Compute with the new settings from the next frame on."""
-        self._estimator = make_estimator(
-            self.settings.estimator, body=Body(shoulder_width=self.settings.shoulder_width))
+        self._estimator = make_estimator(self.settings.estimator, body=self.settings.body())
 
     def take(self, frame: Frame, people: People) -> None:
         """Measure the people of a frame that is handed over in memory."""
@@ -93,7 +96,7 @@ class DepthNode(StageNode[DepthSettings]):
 
     def _on_keypoints(self, message: PointCloud2) -> None:
         try:
-            people = decode_people(message)
+            people = decode_people(message, convention=self.settings.convention)
         except DepthPersonError as error:
             self.monitor.count('bad keypoint messages')
             self.monitor.fault('keypoints', Level.ERROR, str(error))
@@ -113,10 +116,11 @@ class DepthNode(StageNode[DepthSettings]):
         """Publish how far the people of one image are."""
         started = time.monotonic()
         if intrinsics is None:
-            distances = uncalibrated(len(people))
+            distances = Distances.none(len(people), Reason.UNCALIBRATED)
         else:
+            mounting = self._attitude.mounting_at(stamp_ns(image_header), self.settings)
             distances = within(
-                self._estimator.estimate(people, intrinsics), self.settings.max_range)
+                self._estimator.estimate(people, intrinsics, mounting), self.settings.max_range)
         self._people.publish(encode_distances(people, distances, image_header))
         self._markers.publish(encode_markers(people, distances, image_header, intrinsics))
         self.monitor.frame()
@@ -127,23 +131,9 @@ class DepthNode(StageNode[DepthSettings]):
         return Result(people, distances)
 
 
-def uncalibrated(count: int) -> Distances:
-    """Return the distances of people whose camera's intrinsics are not known: none."""
-    return Distances(
-        range=np.full(count, np.nan), range_sigma=np.full(count, np.nan),
-        position=np.full((count, 3), np.nan),
-        reason=np.full(count, Reason.UNCALIBRATED, np.uint8),
-        cues=np.full(count, Cue.NONE, np.uint8))
-
-
 def within(distances: Distances, max_range: float) -> Distances:
     """Return the distances without those beyond max_range metres, which get their reason."""
     far = distances.known & (distances.range > max_range)
-    if not far.any():
-        return distances
-    return Distances(
-        range=np.where(far, np.nan, distances.range),
-        range_sigma=np.where(far, np.nan, distances.range_sigma),
-        position=np.where(far[:, None], np.nan, distances.position),
-        reason=np.where(far, np.uint8(Reason.OUT_OF_RANGE), distances.reason),
-        cues=np.where(far, np.uint8(Cue.NONE), distances.cues))
+    return Distances.of(
+        position=distances.position, range_sigma=distances.range_sigma, cues=distances.cues,
+        reason=np.where(far, np.uint8(Reason.OUT_OF_RANGE), distances.reason))

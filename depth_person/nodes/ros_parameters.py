@@ -53,12 +53,15 @@ def declare(
 
 
 def watch(
-    node: Node, table: tuple[ParameterSpec, ...],
+    node: Node, table: tuple[ParameterSpec, ...], *,
+    try_out: Callable[[Mapping[str, ParameterValue]], object],
     commit: Callable[[Mapping[str, ParameterValue]], None],
 ) -> None:
     """
     Check whatever is set from now on.
 
+    :param try_out: called with what is about to be changed, each value being right by itself;
+        raises DepthPersonError when they do not go together.
     :param commit: called with what was changed once all of it has been accepted.
     """
     known = {spec.name: spec for spec in table}
@@ -72,9 +75,8 @@ def watch(
 
     def check(parameters: list[Parameter]) -> SetParametersResult:
         try:
-            for each in parameters:
-                if each.name in known:
-                    known[each.name].checked(each.value)
+            try_out({each.name: known[each.name].checked(each.value)
+                     for each in parameters if each.name in known})
         except DepthPersonError as error:
             return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)
