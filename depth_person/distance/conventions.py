@@ -90,6 +90,8 @@ class Convention:
     :ivar body_sigma: spread fixed on the body, metres.
     :ivar usual_score: at which these two hold.
     :ivar score_power: how much the score tells; 0 for nothing.
+    :ivar sigma_scale: how much wider than for the training bodies' own keypoints sigma has to be:
+        a network also errs in ways that are the same for neighbouring keypoints.
     """
 
     placement: Placement
@@ -97,6 +99,7 @@ class Convention:
     body_sigma: float
     usual_score: float
     score_power: float
+    sigma_scale: float = 1.0
 
     def noise_px(
         self, scores: NDArray[np.floating], *, px_per_m: NDArray[np.floating],
@@ -131,21 +134,21 @@ class Convention:
 #: Keypoints that score less are not worth keeping.
 LOWEST_SCORE = 0.1
 
-_MOVENET = Convention(
-    Placement(shoulder_width=-0.05, hip_width=-0.03, hip_drop=-0.012, face_drop=-0.01),
-    pixel_sigma=2.0, body_sigma=0.02, usual_score=0.65, score_power=1.0)
-
 #: The convention of each name that People.convention may hold. `mesh` is the training bodies' own,
 #: for exact keypoints; `coco` is for networks that nobody has measured. msg_docs/accuracy.md
 #: says what each figure was measured on.
 CONVENTIONS: Mapping[str, Convention] = {
     'coco': Convention(
         Placement(shoulder_width=-0.05, face_drop=0.015, ankle_drop=-0.025),
-        pixel_sigma=2.0, body_sigma=0.025, usual_score=0.65, score_power=1.0),
+        pixel_sigma=1.5, body_sigma=0.02, usual_score=0.65, score_power=1.0, sigma_scale=1.4),
     'mesh': Convention(
         Placement(), pixel_sigma=1.0, body_sigma=0.002, usual_score=1.0, score_power=0.5),
-    'movenet': _MOVENET,
+    'movenet': Convention(
+        Placement(shoulder_width=-0.05, hip_width=-0.03, hip_drop=-0.012, face_size=-0.08),
+        pixel_sigma=1.5, body_sigma=0.015, usual_score=0.65, score_power=1.0, sigma_scale=1.35),
     'pifpaf': Convention(
-        Placement(shoulder_width=-0.05, hip_width=0.04, face_drop=0.04, ankle_drop=-0.05),
-        pixel_sigma=1.5, body_sigma=0.02, usual_score=0.7, score_power=1.0),
+        Placement(
+            shoulder_width=-0.05, hip_width=0.04, face_size=0.08, face_drop=0.02,
+            ankle_drop=-0.05),
+        pixel_sigma=1.0, body_sigma=0.015, usual_score=0.7, score_power=1.0, sigma_scale=1.35),
 }

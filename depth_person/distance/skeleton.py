@@ -77,7 +77,8 @@ class SkeletonEstimator:
         known &= np.isfinite(plane).all(axis=-1)
         rays = _rays(plane)
         view = canonicalise(rays, known)
-        noise = CONVENTIONS[name].noise_rad(
+        convention = CONVENTIONS[name]
+        noise = convention.noise_rad(
             people.keypoints[..., 2].astype(np.float64),
             rad_per_px=_rad_per_px(intrinsics, view), guess=view.guess)
         gravity = _gravity(mounting)
@@ -85,13 +86,14 @@ class SkeletonEstimator:
             view, noise_rad=noise, gravity=gravity, told=self._told[name]))
         neck = _neck(people, rays, view, lifted)
         rays = np.where(view.known[..., None], rays, np.nan)
+        body_sigma = convention.sigma_scale * lifted.log_sigma
         log_range, sigma, cues = _fused(
-            np.log(view.guess) + lifted.log_correction, lifted.log_sigma,
+            np.log(view.guess) + lifted.log_correction, body_sigma,
             *ground_range(rays, noise, neck, mounting))
         position = np.exp(log_range)[:, None] * neck
         return Distances.of(
             position=position, range_sigma=np.exp(log_range) * sigma,
-            reason=_reasons(view, lifted, log_range, gravity), cues=cues)
+            reason=_reasons(view, log_range, body_sigma, gravity), cues=cues)
 
     def _knowledge(self, convention: Convention) -> Knowledge:
         """Return what is known of anybody whose keypoints are of this convention."""
@@ -167,7 +169,7 @@ def _fused(
 
 
 def _reasons(
-    view: Canonical, lifted: Lifted, log_range: _Array, gravity: _Array,
+    view: Canonical, log_range: _Array, sigma: _Array, gravity: _Array,
 ) -> NDArray[np.uint8]:
     """Return (n,) why a person has no range."""
     down = (view.rotation @ gravity[..., None])[..., 0]
@@ -179,6 +181,6 @@ def _reasons(
         outside = (log_range < np.log(RANGES[0])) | (log_range > np.log(RANGES[1]))
         return np.select(
             [few, stray | (down[:, 1] < UPSIDE_DOWN),
-             ~(lifted.log_sigma <= LARGEST_SPREAD), outside],
+             ~(sigma <= LARGEST_SPREAD), outside],
             [Reason.TOO_FEW_KEYPOINTS, Reason.IMPLAUSIBLE_SKELETON,
              Reason.TOO_FEW_KEYPOINTS, Reason.OUT_OF_RANGE], Reason.NONE).astype(np.uint8)
