@@ -42,7 +42,7 @@ def open_session(
     options.add_session_config_entry('session.intra_op.allow_spinning', '0')
     providers = list(dict.fromkeys([wanted, PROVIDERS['cpu']]))
     try:
-        return onnxruntime.InferenceSession(path, options, providers)
+        return onnxruntime.InferenceSession(str(path), options, providers)
     except Exception as error:  # its exceptions have no common base class but this
         raise DepthPersonError(
             f'ONNX Runtime cannot open {path}: {error}; '

