@@ -56,7 +56,8 @@ lint: install
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 
-test: lint model $(NATIVE)/.installed
+test: lint $(NATIVE)/.installed
+	$(BIN)/depth_person models install all
 	$(NATIVE)/bin/python -m pytest test/core
 	$(BIN)/python -m pytest test
 
