@@ -13,13 +13,16 @@ import csv
 from dataclasses import asdict, dataclass, fields
 import math
 from pathlib import Path
+import signal
 import sys
+import threading
 
 from diagnostic_msgs.msg import DiagnosticArray
 import numpy as np
 import rclpy
-from rclpy.executors import ExternalShutdownException
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import PointCloud2, PointField
 
 FORMATS = {
@@ -201,20 +204,22 @@ def write_csv(path, samples):
 
 
 def main():
-    """Watch until Ctrl-C; return the exit code, 1 when nothing came."""
+    """Watch until Ctrl-C or SIGTERM; return the exit code, 1 when nothing came."""
     parser = argparse.ArgumentParser(description=__doc__.strip().splitlines()[0])
     parser.add_argument('--csv', type=Path, help='write every sample to this file')
     args, ros_args = parser.parse_known_args()
-    rclpy.init(args=ros_args)
+    stop = threading.Event()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: stop.set())
+    rclpy.init(args=ros_args, signal_handler_options=SignalHandlerOptions.NO)
     node = rclpy.create_node('watch')
     watcher = Watcher(node)
-    try:
-        rclpy.spin(node)
-    except (KeyboardInterrupt, ExternalShutdownException):
-        pass
-    finally:
-        node.destroy_node()
-        rclpy.try_shutdown()
+    executor = SingleThreadedExecutor()
+    executor.add_node(node)
+    while not stop.is_set():
+        executor.spin_once(timeout_sec=0.2)  # signals are seen in between
+    node.destroy_node()
+    rclpy.try_shutdown()
     print()
     for line in summary(watcher.samples, watcher.counts):
         print(line)
