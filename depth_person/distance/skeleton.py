@@ -23,7 +23,7 @@ from depth_person.pose.skeleton import Keypoint, N_KEYPOINTS
 _Array = NDArray[np.float64]
 
 #: Keypoints that leave a larger spread of the range's logarithm fix none.
-LARGEST_SPREAD = 0.4
+LARGEST_SPREAD = 0.5
 #: Ranges outside this are out of reach, metres.
 RANGES = (0.3, 100.0)
 #: A keypoint that alone makes more than this of the spread of so many keypoints or more (in
@@ -93,7 +93,7 @@ class SkeletonEstimator:
         position = np.exp(log_range)[:, None] * neck
         return Distances.of(
             position=position, range_sigma=np.exp(log_range) * sigma,
-            reason=_reasons(view, log_range, body_sigma, gravity), cues=cues)
+            reason=_reasons(view, lifted, log_range, gravity), cues=cues)
 
     def _knowledge(self, convention: Convention) -> Knowledge:
         """Return what is known of anybody whose keypoints are of this convention."""
@@ -169,7 +169,7 @@ def _fused(
 
 
 def _reasons(
-    view: Canonical, log_range: _Array, sigma: _Array, gravity: _Array,
+    view: Canonical, lifted: Lifted, log_range: _Array, gravity: _Array,
 ) -> NDArray[np.uint8]:
     """Return (n,) why a person has no range."""
     down = (view.rotation @ gravity[..., None])[..., 0]
@@ -181,6 +181,6 @@ def _reasons(
         outside = (log_range < np.log(RANGES[0])) | (log_range > np.log(RANGES[1]))
         return np.select(
             [few, stray | (down[:, 1] < UPSIDE_DOWN),
-             ~(sigma <= LARGEST_SPREAD), outside],
+             ~(lifted.log_sigma <= LARGEST_SPREAD), outside],
             [Reason.TOO_FEW_KEYPOINTS, Reason.IMPLAUSIBLE_SKELETON,
              Reason.TOO_FEW_KEYPOINTS, Reason.OUT_OF_RANGE], Reason.NONE).astype(np.uint8)
