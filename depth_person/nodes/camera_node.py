@@ -57,13 +57,12 @@ class CameraNode(StageNode[CameraSettings]):
         self._image = self.advertise(Image, 'image_raw')
         self._compressed = self.advertise(CompressedImage, 'image_raw/compressed')
         self._camera_info = self.advertise(CameraInfo, 'camera_info')
-        self._clock_publisher = (
-            self.advertise(ClockMessage, '/clock') if settings.publish_clock else None)
         worker = self.work('camera', self._run)
         self._stopping = worker.stopping
         self._reader = FrameReader(
             self._open_source, live=is_live(settings.source), monitor=self.monitor,
-            stopping=worker.stopping, on_clock=self._publish_clock)
+            stopping=worker.stopping,
+            on_clock=self._make_clock() if settings.publish_clock else None)
         self._ended = threading.Event()
 
     @property
@@ -151,7 +150,7 @@ class CameraNode(StageNode[CameraSettings]):
         self.monitor.frame()
         self.monitor.latency(stamp_ns=frame.stamp_ns, now_ns=self.now_ns)
 
-    def _publish_clock(self, stamp_ns: int) -> None:
-        if self._clock_publisher is not None:
-            self._clock_publisher.publish(
-                ClockMessage(clock=header(stamp_ns=stamp_ns, frame_id='').stamp))
+    def _make_clock(self) -> Callable[[int], None]:
+        publisher = self.advertise(ClockMessage, '/clock')
+        return lambda stamp_ns: publisher.publish(
+            ClockMessage(clock=header(stamp_ns=stamp_ns, frame_id='').stamp))

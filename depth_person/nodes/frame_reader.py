@@ -38,7 +38,7 @@ class FrameReader:
 
     def __init__(
         self, open_source: Callable[[], Source], *, live: bool, monitor: Monitor,
-        stopping: threading.Event, on_clock: Callable[[int], None],
+        stopping: threading.Event, on_clock: Callable[[int], None] | None = None,
     ) -> None:
         self._open = open_source
         self._live = live
@@ -94,7 +94,9 @@ class FrameReader:
 class Pacer:
     """Holds recorded frames back until as much time has passed as between their stamps."""
 
-    def __init__(self, stopping: threading.Event, on_clock: Callable[[int], None]) -> None:
+    def __init__(
+        self, stopping: threading.Event, on_clock: Callable[[int], None] | None,
+    ) -> None:
         self._stopping = stopping
         self._on_clock = on_clock
         self._start_s = 0.0
@@ -107,11 +109,15 @@ class Pacer:
             self._begin(stamp_ns)
         self._last_ns = stamp_ns
         while (left_s := self._left_s(stamp_ns)) > 0 and not self._stopping.is_set():
-            self._on_clock(stamp_ns - int(left_s * 1e9))
-            self._stopping.wait(min(left_s, _CLOCK_PERIOD_S))
+            if self._on_clock is None:
+                self._stopping.wait(left_s)
+            else:
+                self._on_clock(stamp_ns - int(left_s * 1e9))
+                self._stopping.wait(min(left_s, _CLOCK_PERIOD_S))
         if left_s < -_LATEST_S:
             self._begin(stamp_ns)
-        self._on_clock(stamp_ns)
+        if self._on_clock is not None:
+            self._on_clock(stamp_ns)
 
     def _begin(self, stamp_ns: int) -> None:
         self._start_s, self._start_ns = time.monotonic(), stamp_ns

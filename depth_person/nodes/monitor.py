@@ -68,6 +68,7 @@ class Monitor:
     def frame(self) -> None:
         """Note that one more frame has been dealt with."""
         with self._lock:
+            self._counts['frames'] += 1
             self._ticks.append(self._clock())
 
     def sample(self, name: str, seconds: float) -> None:

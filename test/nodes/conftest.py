@@ -92,6 +92,7 @@ class Domain:
         """Return a publisher that has found its subscribers."""
         publisher = self.node.create_publisher(message_type, topic, qos)
         self.spin_until(lambda: publisher.get_subscription_count() >= subscribers)
+        self.spin_for(0.3)  # and they the publisher, which nobody can ask
         return publisher
 
     def spin_until(self, done, timeout_s=20.0):

@@ -143,12 +143,12 @@ def test_a_camera_that_is_not_there_yet_is_tried_again_and_again(domain):
 
 def test_a_camera_node_that_is_started_again_is_heard_again(domain, folder):
     images = domain.listen(Image, 'image_raw')
-    program = domain.start(*arguments(folder, loop='true'))
+    program = domain.start(*arguments(folder, loop='true', wait_for_subscribers='false'))
     domain.spin_until(lambda: images)
     program.kill()
     domain.spin_for(0.2)
     del images[:]
-    program = domain.start(*arguments(folder, loop='true'))
+    program = domain.start(*arguments(folder, loop='true', wait_for_subscribers='false'))
     domain.spin_until(lambda: images)
     program.interrupt()
     assert program.exit_code(5) == 0
