@@ -43,7 +43,9 @@ setup(
             'ros-jazzy-rmw-fastrtps-cpp',
         ],
         'demo': ['imageio-ffmpeg>=0.5', 'matplotlib>=3.8'],
-        'train': ['anny>=0.6', 'onnx>=1.16', 'torch==2.13.0'],
+        'train': [
+            'anny>=0.6', 'onnx>=1.16', 'scikit-learn>=1.4', 'scipy>=1.11', 'skl2onnx>=1.17',
+            'torch==2.13.0'],
         'test': [
             'colcon-common-extensions',
             'hypothesis>=6.100',
@@ -56,6 +58,9 @@ setup(
             'pytest-timeout>=2.3',
             'ruff>=0.6',
             'scikit-image>=0.22',
+            'scikit-learn>=1.4',
+            'scipy>=1.11',
+            'skl2onnx>=1.17',
         ],
     },
     data_files=[

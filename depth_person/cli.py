@@ -18,6 +18,7 @@ VERBS = {
     'models': 'install and list pose networks',
     'evaluate': 'measure errors on a folder of frames with known distances',
     'train': 'repeat the training of the networks that the package ships',
+    'validate': 'compare predicted distances in a table with the actual ones',
 }
 
 

@@ -38,6 +38,7 @@ class Cue(IntFlag):
     NECK = 2
     SKELETON = 4
     GROUND = 8
+    BOX = 16
 
 
 @dataclass(frozen=True)

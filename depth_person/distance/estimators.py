@@ -3,6 +3,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from depth_person.distance.body_dimensions import BodyDimensionsEstimator
 from depth_person.distance.estimator import Body, DistanceEstimator
 from depth_person.distance.shoulder import ShoulderEstimator
 from depth_person.distance.skeleton import SkeletonEstimator
@@ -11,6 +12,7 @@ from depth_person.errors import DepthPersonError
 _MAKERS: dict[str, Callable[[Body], DistanceEstimator]] = {
     'skeleton': SkeletonEstimator,
     'shoulder': ShoulderEstimator,
+    'body_dimensions': BodyDimensionsEstimator,
 }
 
 #: The names that make_estimator takes; the first is the default.
