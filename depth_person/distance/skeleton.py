@@ -23,7 +23,7 @@ from depth_person.pose.skeleton import Keypoint, N_KEYPOINTS
 _Array = NDArray[np.float64]
 
 #: Keypoints that leave a larger spread of the range's logarithm fix none.
-LARGEST_SPREAD = 0.5
+LARGEST_SPREAD = 0.4
 #: Ranges outside this are out of reach, metres.
 RANGES = (0.3, 100.0)
 #: A keypoint that alone makes more than this of the spread of so many keypoints or more (in
