@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depth_person.distance.conventions import LOWEST_SCORE, Placement
-from depth_person.pose.skeleton import Keypoint
+from depth_person.pose.skeleton import Keypoint, N_KEYPOINTS
 
 _Array = NDArray[np.float64]
 
@@ -29,6 +29,8 @@ CROWN, SOLES = 0.083, 0.070
 FLESH = 0.05
 #: From face to neck, and from neck to hips, in distances from face to ankles.
 _NECK_LEVEL, _TORSO = 0.137, 0.34
+# From knees to ankles, likewise.
+_SHANK = 0.28
 
 _FACE = [Keypoint.NOSE, Keypoint.R_EYE, Keypoint.L_EYE, Keypoint.R_EAR, Keypoint.L_EAR]
 _SHOULDERS = [Keypoint.R_SHOULDER, Keypoint.L_SHOULDER]
@@ -36,6 +38,15 @@ _HIPS = [Keypoint.R_HIP, Keypoint.L_HIP]
 _KNEES = [Keypoint.R_KNEE, Keypoint.L_KNEE]
 _ANKLES = [Keypoint.R_ANKLE, Keypoint.L_ANKLE]
 _EARS = [Keypoint.R_EAR, Keypoint.L_EAR]
+# Column by column the keypoints over which a level of the body is a mean.
+_GROUPS = np.stack([
+    np.isin(np.arange(N_KEYPOINTS), rows).astype(np.float64)
+    for rows in (_FACE, _ANKLES, _SHOULDERS, _HIPS, _KNEES, _EARS, [Keypoint.NOSE])], axis=-1)
+_ENDS = _GROUPS[:, :2].T
+# The axes after and before each axis.
+_NEXT, _LAST = [1, 2, 0], [2, 0, 1]
+# Pairs whose distance apart is a feature.
+_FIRST, _SECOND = np.transpose([_SHOULDERS, _HIPS, _EARS])
 
 
 def usable(keypoints: NDArray[np.floating]) -> NDArray[np.bool_]:
@@ -57,7 +68,8 @@ def pixel_boxes(keypoints: NDArray[np.floating]) -> _Array:
     face, ankles = _mean(v, known, _FACE), _mean(v, known, _ANKLES)
     span = np.where(ankles > face, ankles - face, np.nan)
     height = (1 + CROWN + SOLES) * span
-    left, right = _ends(u, known)
+    seen = np.where(known, u, np.nan)
+    left, right = np.fmin.reduce(seen, axis=1), np.fmax.reduce(seen, axis=1)
     boxes = np.stack([
         height, right - left + FLESH * height, (left + right) / 2,
         (face + ankles + (SOLES - CROWN) * span) / 2], axis=-1)
@@ -99,55 +111,53 @@ def angle_boxes(
     :param children: (n,) or (1,) whether there may be children.
     """
     known = known & np.isfinite(plane).all(axis=-1)
-    rays = _unit(np.concatenate([plane, np.ones((*plane.shape[:-1], 1))], axis=-1))
-    rays = np.where(known[..., None], rays, 0.0)
+    rays = np.zeros((*known.shape, 3))
+    rays[known, :2], rays[known, 2] = plane[known], 1.0
     with np.errstate(invalid='ignore', divide='ignore'):
-        top, bottom = (_unit(rays[:, rows].sum(axis=1)) for rows in (_FACE, _ANKLES))
+        length = np.sqrt((rays ** 2).sum(axis=-1, keepdims=True))
+        rays = np.divide(rays, length, out=rays, where=length > 0)
+        top, bottom = np.moveaxis(_unit(_ENDS @ rays), 1, 0)
         middle = _unit(top + bottom)
         step = bottom - top
         down = _unit(step - (step * middle).sum(axis=-1, keepdims=True) * middle)
-        across = np.cross(down, middle)
-        turned = rays @ np.stack([across, down, middle], axis=-1)
-        x, y = turned[..., 0] / turned[..., 2], turned[..., 1] / turned[..., 2]
-        known = known & (turned[..., 2] > 0)
-        shape, height = _shape(x, y, known, placement)
+        turned = rays @ np.stack([_cross(down, middle), down, middle], axis=-1)
+        ahead = np.where(known & (turned[..., 2] > 0), turned[..., 2], np.nan)
+        shape, height, face = _shape(turned[..., 0] / ahead, turned[..., 1] / ahead, placement)
         elevation = np.arcsin(np.clip((middle * gravity).sum(axis=-1), -1, 1))
-        neck_level = _mean(y, known, _FACE) + _NECK_LEVEL / (1 + CROWN + SOLES) * height
+        neck_level = face + _NECK_LEVEL / (1 + CROWN + SOLES) * height
         features = np.stack([
             shape[0], height, elevation, *shape[1:],
-            np.where(children, 1.0, 0.0) + np.zeros(len(plane))], axis=-1)
+            np.broadcast_to(np.where(children, 1.0, 0.0), face.shape)], axis=-1)
+        features[~np.isfinite(features)] = MISSING
         return AngleBoxes(
-            features=np.where(np.isfinite(features), features, MISSING), height=height, down=down,
+            features=features, height=height, down=down,
             neck=_unit(middle + neck_level[:, None] * down))
 
 
-def _shape(
-    x: _Array, y: _Array, known: NDArray[np.bool_], placement: Placement,
-) -> tuple[list[_Array], _Array]:
-    """Return the features that are free of scale, and the height; of the mesh's convention."""
-    shoulders, hips = _mean(y, known, _SHOULDERS), _mean(y, known, _HIPS)
-    knees, ankles = _mean(y, known, _KNEES), _mean(y, known, _ANKLES)
-    face = _mean(y, known, _FACE)
+def _shape(x: _Array, y: _Array, placement: Placement) -> tuple[list[_Array], _Array, _Array]:
+    """Return the features that are free of scale, the height, and where the face is marked."""
+    known = np.isfinite(x)
+    levels = (np.where(known, y, 0.0) @ _GROUPS) / (known @ _GROUPS)
+    face, ankles, shoulders, hips, knees, ears, nose = levels.T
+    marked_face = face
     torso = (hips - shoulders) / (1 + placement.hip_drop - placement.shoulder_drop)
     torso = np.where(np.isfinite(torso), torso, _TORSO * (ankles - face))
-    shank = np.where(np.isfinite(knees), ankles - knees, 0.28 * (ankles - face))
-    ears_to_nose = np.where(known[:, Keypoint.NOSE], y[:, Keypoint.NOSE], np.nan) - _mean(
-        y, known, _EARS)
+    shank = np.where(np.isfinite(knees), ankles - knees, _SHANK * (ankles - face))
     face = face - placement.face_drop * torso
     ankles = ankles - placement.ankle_drop / (1 + placement.ankle_drop) * shank
     height = (1 + CROWN + SOLES) * (ankles - face)
-    left, right = _ends(x, known)
+    apart = np.hypot(x[:, _FIRST] - x[:, _SECOND], y[:, _FIRST] - y[:, _SECOND]).T
     face_scale = np.exp(-placement.face_size)
     return [
-        np.log((right - left) / height + FLESH),
+        np.log((np.fmax.reduce(x, axis=1) - np.fmin.reduce(x, axis=1)) / height + FLESH),
         (shoulders - placement.shoulder_drop * torso - face) / height,
         (hips - placement.hip_drop * torso - face) / height,
         (knees - face) / height,
-        ears_to_nose * face_scale / height,
-        _apart(x, y, known, _SHOULDERS) * np.exp(-placement.shoulder_width) / height,
-        _apart(x, y, known, _HIPS) * np.exp(-placement.hip_width) / height,
-        _apart(x, y, known, _EARS) * face_scale / height,
-    ], height
+        (nose - ears) * face_scale / height,
+        apart[0] * np.exp(-placement.shoulder_width) / height,
+        apart[1] * np.exp(-placement.hip_width) / height,
+        apart[2] * face_scale / height,
+    ], height, marked_face
 
 
 def _mean(values: _Array, known: NDArray[np.bool_], rows: Sequence[int]) -> _Array:
@@ -157,18 +167,9 @@ def _mean(values: _Array, known: NDArray[np.bool_], rows: Sequence[int]) -> _Arr
         return np.where(there, values[:, rows], 0.0).sum(axis=1) / there.sum(axis=1)
 
 
-def _apart(x: _Array, y: _Array, known: NDArray[np.bool_], rows: Sequence[int]) -> _Array:
-    """Return the distances (n,) of two keypoints; NaN where either is missing."""
-    first, second = rows
-    apart = np.hypot(x[:, first] - x[:, second], y[:, first] - y[:, second])
-    return np.where(known[:, rows].all(axis=1), apart, np.nan)
-
-
-def _ends(values: _Array, known: NDArray[np.bool_]) -> tuple[_Array, _Array]:
-    """Return the least and the largest (n,) of what is known; NaN where nothing is."""
-    some = known.any(axis=1)
-    return (np.where(some, np.where(known, values, np.inf).min(axis=1), np.nan),
-            np.where(some, np.where(known, values, -np.inf).max(axis=1), np.nan))
+def _cross(a: _Array, b: _Array) -> _Array:
+    """Return the cross products (n, 3); np.cross takes several times as long for a few."""
+    return a[:, _NEXT] * b[:, _LAST] - a[:, _LAST] * b[:, _NEXT]
 
 
 def _unit(vectors: _Array) -> _Array:
