@@ -103,14 +103,11 @@ class StageNode(Node, Generic[Settings]):
         """Stop the threads, and let what has been published go out."""
         for worker in self._workers:
             if not worker.stop():
-                self.get_logger().warning(f'{worker.name} does not stop; leaving it')
+                self.get_logger().warning(f'the thread {worker.name} does not end; leaving it')
         deadline = time.monotonic() + _FAREWELL_S
         for publisher in self._offered if self.context.ok() else ():
             left_s = max(deadline - time.monotonic(), 0.0)
             publisher.wait_for_all_acked(Duration(seconds=left_s))
-
-    def check_health(self) -> None:
-        """Report or clear faults that show by what does not happen; called once a second."""
 
     def settings_changed(self) -> None:
         """Take the changed settings over."""
@@ -173,7 +170,6 @@ class StageNode(Node, Generic[Settings]):
         self._check_qos()
         for subscription, traffic in self._traffic.items():
             traffic.check(publishers=self.count_publishers(subscription.topic_name))
-        self.check_health()
         message = DiagnosticArray()
         message.header.stamp = self.get_clock().now().to_msg()
         name = self.get_fully_qualified_name().lstrip('/')

@@ -23,7 +23,6 @@ from depth_person.nodes.parameters import CameraSettings, ParameterValue
 
 # Nodes find each other one by one, up to 1.4 s apart where several start at once.
 _SETTLE_S = 2.0
-_IDLE_S = 2.0
 
 
 class CameraNode(StageNode[CameraSettings]):
@@ -74,14 +73,6 @@ class CameraNode(StageNode[CameraSettings]):
         """End the wait for the next frame, then what all nodes end."""
         self._reader.interrupt()
         super().close()
-
-    def check_health(self) -> None:
-        """Report a source that gives nothing."""
-        idle_s = self.monitor.idle_s()
-        if _IDLE_S < idle_s < float('inf'):
-            self.monitor.fault('idle', Level.STALE, f'no frame for {idle_s:.0f} s')
-        else:
-            self.monitor.clear('idle')
 
     def _open_source(self) -> Source:
         settings = self.settings

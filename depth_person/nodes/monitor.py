@@ -112,11 +112,6 @@ class Monitor:
         with self._lock:
             self._faults.pop(key, None)
 
-    def idle_s(self) -> float:
-        """Return the seconds since the last frame; infinity if there was none."""
-        with self._lock:
-            return self._clock() - self._ticks[-1] if self._ticks else float('inf')
-
     def status(self, name: str) -> DiagnosticStatus:
         """Return the state as a message: the worst fault first, then all the figures."""
         with self._lock:

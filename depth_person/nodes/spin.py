@@ -3,6 +3,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+import os
 from pathlib import Path
 import signal
 import sys
@@ -62,7 +63,21 @@ def run_alone(make_node: Callable[[], StageNode[Any]]) -> int:
     except DepthPersonError as error:
         print(f'{Path(sys.argv[0]).name}: {error}', file=sys.stderr)
         return 1
-    return 0
+    return leave(0)
+
+
+def leave(code: int) -> int:
+    """
+    Return the exit code, or end the process with it if a driver still holds a thread.
+
+    OpenCV may wait for a camera or stream beyond any time-out; the interpreter's orderly end
+    would tear such a thread down and abort.
+    """
+    if any(thread.daemon for thread in threading.enumerate()):
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(code)
+    return code
 
 
 @contextmanager

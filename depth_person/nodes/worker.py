@@ -69,7 +69,7 @@ class Worker:
         """Start the thread."""
         self._thread.start()
 
-    def stop(self, timeout_s: float = 3.0) -> bool:
+    def stop(self, timeout_s: float = 2.0) -> bool:
         """Tell the thread to stop and wait for it; return whether it has ended."""
         self.stopping.set()
         if self._thread.is_alive():

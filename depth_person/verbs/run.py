@@ -7,7 +7,7 @@ from pathlib import Path
 from depth_person.errors import DepthPersonError
 from depth_person.nodes.composition import make_pipeline
 from depth_person.nodes.parameters import CameraSettings, specs
-from depth_person.nodes.spin import run_nodes
+from depth_person.nodes.spin import leave, run_nodes
 
 _SHORTCUTS = ('source', 'camera_info_url', 'horizontal_fov', 'fps', 'loop')
 
@@ -42,4 +42,4 @@ def main(args: argparse.Namespace) -> int:
     overrides = {
         name: getattr(args, name) for name in _SHORTCUTS if getattr(args, name) is not None}
     run_nodes(lambda: make_pipeline(overrides), ros_args)
-    return 0
+    return leave(0)

@@ -74,7 +74,8 @@ def test_a_bag_keeps_its_stamps_frame_and_intrinsics_and_drives_the_clock(domain
     infos = domain.listen(CameraInfo, 'camera_info')
     clocks = domain.listen(Clock, '/clock')
     program = domain.start(*arguments(bag, publish_clock='true'))
-    domain.spin_until(lambda: len(images) == 5)
+    domain.spin_until(lambda: program.poll() is not None)
+    domain.spin_for(0.5)
     assert program.exit_code() == 0
     assert [stamp_ns(image.header) for image in images] == [
         STAMP + index * STEP for index in range(5)]
@@ -139,6 +140,16 @@ def test_a_camera_that_is_not_there_yet_is_tried_again_and_again(domain):
     program.interrupt(signal.SIGTERM)
     assert program.exit_code(5) == 0
     assert 'Traceback' not in program.said
+
+
+def test_ctrl_c_while_a_stream_is_being_opened_ends_it_all_the_same(domain):
+    """OpenCV then sits in a call of five seconds that nothing can end."""
+    program = domain.start(*arguments('udp://127.0.0.1:9', wait_for_subscribers='false'))
+    domain.spin_for(0.5)
+    program.interrupt()
+    assert program.exit_code(4) == 0
+    assert 'Traceback' not in program.said
+    assert 'terminate' not in program.said
 
 
 def test_a_camera_node_that_is_started_again_is_heard_again(domain, folder):
