@@ -189,22 +189,17 @@ class BodyDimensionsEstimator:
             seen = seen & np.isfinite(features).all(axis=1)
         told = self._model.predict(
             np.where(seen[:, None], features, 1.0), stature=self._body.stature)
-        with np.errstate(divide='ignore', invalid='ignore'):
-            log_range = told.log_distance + (
-                np.log(told.height / boxes.height) if self._model.kind == 'normalised'
-                else -np.log(np.hypot(neck[:, 0], neck[:, 2])))
         sigma = told.log_sigma
         if self._body.stature is not None:
             sigma = np.hypot(sigma, self._body.stature_sigma)
-        with np.errstate(invalid='ignore'):
-            reason = np.select(
-                [~seen, (boxes.down * gravity).sum(axis=1) < UPSIDE_DOWN,
-                 ~((log_range > np.log(RANGES[0])) & (log_range < np.log(RANGES[1])))],
-                [Reason.TOO_FEW_KEYPOINTS, Reason.IMPLAUSIBLE_SKELETON, Reason.OUT_OF_RANGE],
-                Reason.NONE).astype(np.uint8)
-        range_ = np.exp(log_range)
+        with np.errstate(divide='ignore', invalid='ignore'):
+            range_ = np.exp(told.log_distance) * (
+                told.height / boxes.height if self._model.kind == 'normalised'
+                else 1 / np.hypot(neck[:, 0], neck[:, 2]))  # the paper's are along the floor
+            upside_down = (boxes.down * gravity).sum(axis=1) < UPSIDE_DOWN
         distances = Distances.of(
-            position=range_[:, None] * neck, range_sigma=range_ * sigma, reason=reason,
+            position=range_[:, None] * neck, range_sigma=range_ * sigma,
+            reason=_reasons(seen, upside_down, range_),
             cues=np.full(len(people), Cue.BOX, np.uint8))
         return distances, np.where(distances.known, told.height, np.nan)
 
@@ -223,6 +218,18 @@ def _gravity(mounting: Mounting) -> _Array:
     if mounting.gravity is None or mounting.gravity_sigma > LARGEST_TILT:
         return np.full((1, 3), np.nan)
     return np.asarray(mounting.gravity, np.float64)[None]
+
+
+def _reasons(
+    seen: NDArray[np.bool_], upside_down: NDArray[np.bool_], range_: _Array,
+) -> NDArray[np.uint8]:
+    """Return (n,) why a person has no range."""
+    with np.errstate(invalid='ignore'):
+        outside = ~((range_ > RANGES[0]) & (range_ < RANGES[1]))
+    return np.select(
+        [~seen, upside_down, outside],
+        [Reason.TOO_FEW_KEYPOINTS, Reason.IMPLAUSIBLE_SKELETON, Reason.OUT_OF_RANGE],
+        Reason.NONE).astype(np.uint8)
 
 
 def _neck(
