@@ -1,7 +1,8 @@
 """Which way is down, from angles and quaternions, worked by hand."""
 import math
 
-from hypothesis import given, strategies as st
+from hypothesis import given
+from hypothesis import strategies as st
 import numpy as np
 import pytest
 
