@@ -25,6 +25,12 @@ SIDE_STEP = 32
 #: Network pixels to a cell of the heads.
 STRIDE = 4
 
+#: Longer side of the input for a second look at who is too large in the first, network pixels,
+#: and how large that is: the network was trained on images of this size, and misses parts of
+#: people that are larger.
+NEAR_SIZE = 256
+TOO_LARGE = 180
+
 #: A skeleton with fewer keypoints is no person.
 _MIN_KEYPOINTS = 3
 #: Skeletons looked at for each person that may be kept.
@@ -38,6 +44,9 @@ _MARK_SPREAD = 0.1
 class MoveNet:
     """
     Finds people in BGR images.
+
+    Where the network for many people finds nobody, or someone too large for it, it looks again
+    at a smaller image.
 
     :ivar inference_s: seconds that the network took for the last image.
     :ivar side: of the square input of a network for one person, pixels; None for the network
@@ -63,6 +72,9 @@ class MoveNet:
         self._letterbox = (
             Letterbox(input_size, step=SIDE_STEP) if self.side is None
             else Letterbox(self.side, step=self.side))
+        self._near_letterbox = (
+            Letterbox(NEAR_SIZE, step=SIDE_STEP)
+            if self.side is None and input_size > NEAR_SIZE else None)
         self.inference_s = 0.0
 
     def __call__(self, image: NDArray[np.uint8]) -> NDArray[np.float32]:
@@ -73,27 +85,45 @@ class MoveNet:
         :returns: (n, 18, 3) COCO-18: raw pixels with centres at integers, score; NaN for a
             keypoint that is missing.
         """
-        network_image = self._letterbox.fill(image)
+        self.inference_s = 0.0
+        keypoints, boxes = self._look(image, self._letterbox)
+        too_large = TOO_LARGE * self._letterbox.raw_per_input
+        if self._near_letterbox is not None and (
+                not len(boxes) or _longer_side(boxes).max() > too_large):
+            near, near_boxes = self._look(image, self._near_letterbox)
+            better = _longer_side(near_boxes) > (too_large if len(boxes) else 0)
+            keypoints = np.concatenate([near[better], keypoints])
+            boxes = np.concatenate([near_boxes[better], boxes])
+        if self.side is None:
+            keypoints = keypoints[one_per_person(keypoints, boxes)]
+        return from_coco17(keypoints[:self._max_people])
+
+    def _look(
+        self, image: NDArray[np.uint8], letterbox: Letterbox,
+    ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """Return (n, 17, 3) u, v, score, NaN where missing, and (n, 4) boxes, raw pixels."""
+        network_image = letterbox.fill(image)
         start = time.perf_counter()
         heads = self._session.run(self._heads, {INPUT: network_image})
-        self.inference_s = time.perf_counter() - start
-        keypoints = self._decode([head[0] for head in heads])
-        keypoints[..., :2] = self._letterbox.to_raw(keypoints[..., :2] * STRIDE)
-        return from_coco17(keypoints)
+        self.inference_s += time.perf_counter() - start
+        keypoints, boxes = self._decode([head[0] for head in heads])
+        keypoints[..., :2] = letterbox.to_raw(keypoints[..., :2] * STRIDE)
+        corners = letterbox.to_raw(boxes.reshape(-1, 2, 2) * STRIDE)
+        return keypoints, corners.reshape(-1, 4)
 
-    def _decode(self, heads: Sequence[NDArray[np.float32]]) -> NDArray[np.float32]:
-        """Return (n, 17, 3) x, y in cells and score; NaN for a keypoint that is missing."""
+    def _decode(
+        self, heads: Sequence[NDArray[np.float32]],
+    ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """Return (n, 17, 3) x, y, score and (n, 4) boxes in cells; NaN for what is missing."""
         if self.side is None:
             keypoints, boxes = decode.decode_multi(
                 *heads, min_score=self._min_score, max_people=_CANDIDATES * self._max_people)
         else:
             keypoints = decode.decode_single(*heads)[None]
+            boxes = np.full((1, 4), np.nan, np.float32)
         keypoints[keypoints[..., 2] < self._min_score] = np.nan
         people = np.isfinite(keypoints[..., 2]).sum(1) >= _MIN_KEYPOINTS
-        keypoints = keypoints[people]
-        if self.side is None:
-            keypoints = keypoints[one_per_person(keypoints, boxes[people])]
-        return keypoints[:self._max_people]
+        return keypoints[people], boxes[people]
 
 
 class Letterbox:
@@ -121,6 +151,11 @@ class Letterbox:
         cv2.resize(image, self.size, dst=self._resized, interpolation=cv2.INTER_LINEAR)
         cv2.cvtColor(self._resized, cv2.COLOR_BGR2RGB, dst=self._view)
         return self._input
+
+    @property
+    def raw_per_input(self) -> float:
+        """How many raw pixels a pixel of the input is wide."""
+        return self._raw_size[0] / self.size[0]
 
     def to_raw(self, xy: NDArray[np.float32]) -> NDArray[np.float32]:
         """
@@ -177,6 +212,10 @@ def one_per_person(
         if not alike[index, kept].any():
             kept.append(index)
     return np.array(kept, np.intp)
+
+
+def _longer_side(boxes: NDArray[np.float32]) -> NDArray[np.float32]:
+    return (boxes[:, 2:] - boxes[:, :2]).max(axis=1)
 
 
 def _similarity(

@@ -55,10 +55,11 @@ def test_keypoints_and_scores_are_those_of_the_original_graph(network, model, ph
     assert not (found[~scored, 2] > 3 * least).any()
 
 
+@pytest.mark.parametrize('input_size', [256, PoseOptions().input_size])
 @pytest.mark.parametrize('model', list(SIDES))
 @pytest.mark.parametrize('photo', list(SHOULDERS))
-def test_shoulders_are_found_where_they_are(network, model, photo):
-    estimator = PoseEstimator(PoseOptions(model=str(network(model)), input_size=256))
+def test_shoulders_are_found_where_they_are(network, model, photo, input_size):
+    estimator = PoseEstimator(PoseOptions(model=str(network(model)), input_size=input_size))
     image = photograph(photo)
     people = estimator.estimate(Frame(image, stamp_ns=0, frame_id='camera_optical_frame'))
     assert len(people) == 1
