@@ -25,11 +25,9 @@ SIDE_STEP = 32
 #: Network pixels to a cell of the heads.
 STRIDE = 4
 
-#: Longer side of the input for a second look at who is too large in the first, network pixels,
-#: and how large that is: the network was trained on images of this size, and misses parts of
-#: people that are larger.
-NEAR_SIZE = 256
-TOO_LARGE = 180
+#: Side of the images that the network was trained on, pixels. Of people who are larger than
+#: that in its input it misses parts, so they are looked at again in an input of this side.
+TRAINED_SIDE = 256
 
 #: A skeleton with fewer keypoints is no person.
 _MIN_KEYPOINTS = 3
@@ -73,8 +71,8 @@ class MoveNet:
             Letterbox(input_size, step=SIDE_STEP) if self.side is None
             else Letterbox(self.side, step=self.side))
         self._near_letterbox = (
-            Letterbox(NEAR_SIZE, step=SIDE_STEP)
-            if self.side is None and input_size > NEAR_SIZE else None)
+            Letterbox(TRAINED_SIDE, step=SIDE_STEP)
+            if self.side is None and input_size > TRAINED_SIDE else None)
         self.inference_s = 0.0
 
     def __call__(self, image: NDArray[np.uint8]) -> NDArray[np.float32]:
@@ -87,7 +85,7 @@ class MoveNet:
         """
         self.inference_s = 0.0
         keypoints, boxes = self._look(image, self._letterbox)
-        too_large = TOO_LARGE * self._letterbox.raw_per_input
+        too_large = TRAINED_SIDE * self._letterbox.raw_per_input
         if self._near_letterbox is not None and (
                 not len(boxes) or _longer_side(boxes).max() > too_large):
             near, near_boxes = self._look(image, self._near_letterbox)
