@@ -25,9 +25,11 @@ SIDE_STEP = 32
 #: Network pixels to a cell of the heads.
 STRIDE = 4
 
-#: Side of the images that the network was trained on, pixels. Of people who are larger than
-#: that in its input it misses parts, so they are looked at again in an input of this side.
+#: Side of the images that the network was trained on, pixels. It misses parts of people who are
+#: larger than that in its input, and their size: whoever seems to be larger than SUSPECT gives
+#: reason for a second look, in an input of this side.
 TRAINED_SIDE = 256
+SUSPECT = 180
 
 #: A skeleton with fewer keypoints is no person.
 _MIN_KEYPOINTS = 3
@@ -85,11 +87,12 @@ class MoveNet:
         """
         self.inference_s = 0.0
         keypoints, boxes = self._look(image, self._letterbox)
-        too_large = TRAINED_SIDE * self._letterbox.raw_per_input
+        raw_per_input = self._letterbox.raw_per_input
         if self._near_letterbox is not None and (
-                not len(boxes) or _longer_side(boxes).max() > too_large):
+                not len(boxes) or _longer_side(boxes).max() > SUSPECT * raw_per_input):
             near, near_boxes = self._look(image, self._near_letterbox)
-            better = _longer_side(near_boxes) > (too_large if len(boxes) else 0)
+            better = _longer_side(near_boxes) > (
+                TRAINED_SIDE * raw_per_input if len(boxes) else 0)
             keypoints = np.concatenate([near[better], keypoints])
             boxes = np.concatenate([near_boxes[better], boxes])
         if self.side is None:
