@@ -71,7 +71,7 @@ setup(
         share('launch', '*.launch.py'),
         share('msg_docs', '*.md'),
     ],
-    zip_safe=True,
+    zip_safe=False,
     entry_points={
         'console_scripts': [
             'depth_person = depth_person.cli:main',

@@ -8,7 +8,6 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-import onnxruntime
 
 from depth_person.camera.intrinsics import Intrinsics
 from depth_person.distance.body_box import (
@@ -20,9 +19,10 @@ from depth_person.distance.body_box import (
     usable,
 )
 from depth_person.distance.conventions import CONVENTIONS
-from depth_person.distance.estimator import Body, Cue, Distances, Mounting, Reason
+from depth_person.distance.estimator import Body, Cue, Distances, Mounting, Reason, UPSIDE_DOWN
 from depth_person.errors import DepthPersonError
 from depth_person.pose.people import People
+from depth_person.pose.runtime import open_session
 from depth_person.pose.skeleton import Keypoint
 
 _Array = NDArray[np.float64]
@@ -33,10 +33,6 @@ FEATURES = {'normalised': ANGLE_FEATURES, 'paper': PIXEL_FEATURES}
 RANGES = (0.3, 100.0)
 #: No model knows the logarithm of a distance better than this.
 SMALLEST_SIGMA = 0.01
-#: A body whose own down is this far (cosine) against gravity hangs upside down.
-UPSIDE_DOWN = -0.6
-#: A gravity direction with a larger spread is no better than none, radians.
-LARGEST_TILT = 0.1
 #: A focal length that differs by more (relative) is another camera's.
 SAME_FOCAL_LENGTH = 0.02
 
@@ -89,16 +85,9 @@ class BodyDimensionsModel:
     """
 
     def __init__(self, path: Path) -> None:
-        options = onnxruntime.SessionOptions()
-        options.intra_op_num_threads = options.inter_op_num_threads = 1
-        options.log_severity_level = 3
-        try:
-            self._session = onnxruntime.InferenceSession(
-                path.read_bytes(), options, providers=['CPUExecutionProvider'])
-        except Exception as error:
-            raise DepthPersonError(
-                f'the body dimensions model {path} cannot be read ({error}); install depth_person '
-                'again or train it with: depth_person train body-dimensions') from error
+        self._session = open_session(
+            path, threads=1, remedy='install depth_person again or train the model with: '
+            'depth_person train body-dimensions')
         told = self._session.get_modelmeta().custom_metadata_map
         self.kind = told.get('kind', '')
         features = tuple(json.loads(told.get('features', '[]')))
@@ -176,7 +165,7 @@ class BodyDimensionsEstimator:
         if len(people) == 0:
             return Distances.none(0, Reason.NONE), np.empty(0)
         placement = CONVENTIONS.get(people.convention, CONVENTIONS['coco']).placement
-        gravity = _gravity(mounting)
+        gravity = mounting.down
         plane = intrinsics.undistort(people.keypoints[..., :2])
         known = usable(people.keypoints)
         boxes = angle_boxes(
@@ -211,13 +200,6 @@ class BodyDimensionsEstimator:
                 f'px with a focal length of {camera.focal_px:.0f} px, not for one of '
                 f'{intrinsics.width}x{intrinsics.height} px and {intrinsics.fx:.0f} px; use the '
                 'normalised model, which holds for any camera')
-
-
-def _gravity(mounting: Mounting) -> _Array:
-    """Return (1, 3) the direction down; NaN where it is not known well enough."""
-    if mounting.gravity is None or mounting.gravity_sigma > LARGEST_TILT:
-        return np.full((1, 3), np.nan)
-    return np.asarray(mounting.gravity, np.float64)[None]
 
 
 def _reasons(

@@ -12,6 +12,11 @@ from depth_person.camera.intrinsics import Intrinsics
 from depth_person.errors import DepthPersonError
 from depth_person.pose.people import People
 
+#: A gravity direction with a larger spread is no better than none, radians.
+LARGEST_TILT = 0.1
+#: A body whose own down is this far (cosine) against gravity hangs upside down.
+UPSIDE_DOWN = -0.6
+
 
 class Reason(IntEnum):
     """
@@ -85,6 +90,14 @@ class Mounting:
     gravity_sigma: float = 0.01
     height: float | None = None
     height_sigma: float = 0.05
+
+    @property
+    def down(self) -> NDArray[np.float64]:
+        """(1, 3) unit vector of gravity; NaN where it is not known well enough to help."""
+        if self.gravity is None or self.gravity_sigma > LARGEST_TILT:
+            return np.full((1, 3), np.nan)
+        gravity = np.asarray(self.gravity, np.float64)[None]
+        return gravity / np.linalg.norm(gravity)
 
 
 @dataclass(frozen=True, eq=False)

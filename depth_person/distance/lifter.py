@@ -7,10 +7,9 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-import onnxruntime
 
 from depth_person.distance.canonical import Canonical
-from depth_person.errors import DepthPersonError
+from depth_person.pose.runtime import open_session
 
 _Array = NDArray[np.float64]
 
@@ -134,16 +133,9 @@ class Lifter:
     """
 
     def __init__(self, path: Path = MODEL_PATH) -> None:
-        options = onnxruntime.SessionOptions()
-        options.intra_op_num_threads = options.inter_op_num_threads = 1
-        options.log_severity_level = 3
-        try:
-            self._session = onnxruntime.InferenceSession(
-                path.read_bytes(), options, providers=['CPUExecutionProvider'])
-        except Exception as error:
-            raise DepthPersonError(
-                f'the skeleton model {path} cannot be read ({error}); install depth_person again '
-                'or train it with: depth_person train skeleton') from error
+        self._session = open_session(
+            path, threads=1, remedy='install depth_person again or train the model with: '
+            'depth_person train skeleton')
 
     def lift(self, inputs: LifterInputs) -> Lifted:
         """Return what the network tells of each person."""

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from depth_person.camera.intrinsics import Intrinsics
 from depth_person.distance.canonical import Canonical, canonicalise
 from depth_person.distance.conventions import Convention, CONVENTIONS, LOWEST_SCORE
-from depth_person.distance.estimator import Body, Cue, Distances, Mounting, Reason
+from depth_person.distance.estimator import Body, Cue, Distances, Mounting, Reason, UPSIDE_DOWN
 from depth_person.distance.ground import ground_range
 from depth_person.distance.lifter import (
     default_lifter,
@@ -30,12 +30,8 @@ RANGES = (0.3, 100.0)
 #: squares) is not on the same body; even an average body's ankles make less than a fifth.
 LARGEST_SHARE = 0.6
 SHARING_KEYPOINTS = 8
-#: A body whose own down is this far (cosine) against gravity hangs upside down.
-UPSIDE_DOWN = -0.6
 #: Body and ground that differ by more sigmas contradict each other: the ground is left out.
 CONTRADICTION = 3.0
-#: A gravity direction with a larger spread is no better than none, radians.
-LARGEST_TILT = 0.1
 
 _SHOULDERS = [Keypoint.R_SHOULDER, Keypoint.L_SHOULDER]
 # Keypoints nearer than this, pixels, are one marked twice.
@@ -81,7 +77,7 @@ class SkeletonEstimator:
         noise = convention.noise_rad(
             people.keypoints[..., 2].astype(np.float64),
             rad_per_px=_rad_per_px(intrinsics, view), guess=view.guess)
-        gravity = _gravity(mounting)
+        gravity = mounting.down
         lifted = self._lifter.lift(lifter_inputs(
             view, noise_rad=noise, gravity=gravity, told=self._told[name]))
         neck = _neck(people, rays, view, lifted)
@@ -135,13 +131,6 @@ def _rad_per_px(intrinsics: Intrinsics, view: Canonical) -> _Array:
     """Return (n,) how many radians a pixel takes where the person stands; less off the axis."""
     cosine = view.rotation[:, 2, 2]
     return np.abs(cosine) ** 1.5 / np.sqrt(intrinsics.fx * intrinsics.fy)
-
-
-def _gravity(mounting: Mounting) -> _Array:
-    """Return (1, 3) the direction down; NaN where it is not known well enough."""
-    if mounting.gravity is None or mounting.gravity_sigma > LARGEST_TILT:
-        return np.full((1, 3), np.nan)
-    return _unit(np.asarray(mounting.gravity, np.float64)[None])
 
 
 def _neck(people: People, rays: _Array, view: Canonical, lifted: Lifted) -> _Array:
