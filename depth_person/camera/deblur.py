@@ -1,4 +1,4 @@
-"""Wiener deconvolution of motion blur whose kernel is known; no stage of the pipeline uses it."""
+"""Wiener deconvolution of motion blur whose kernel is known."""
 from __future__ import annotations
 
 import math

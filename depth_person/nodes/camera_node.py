@@ -10,6 +10,7 @@ from rosgraph_msgs.msg import Clock as ClockMessage
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 
 from depth_person.camera.calibration import load_camera_info
+from depth_person.camera.deblur import wiener_deblur
 from depth_person.camera.frame import Frame
 from depth_person.camera.intrinsics import Intrinsics
 from depth_person.camera.source import Source
@@ -23,6 +24,8 @@ from depth_person.nodes.parameters import CameraSettings, ParameterValue
 
 # Nodes find each other one by one, up to 1.4 s apart where several start at once.
 _SETTLE_S = 2.0
+#: Power of the noise over that of the image, for the Wiener filter: good light.
+_NOISE_TO_SIGNAL = 0.01
 
 
 class CameraNode(StageNode[CameraSettings]):
@@ -50,6 +53,7 @@ class CameraNode(StageNode[CameraSettings]):
                 'images, a device such as /dev/video0, a stream URL or a bag')
         self._deliver = deliver
         self._has_subscribers = has_subscribers
+        self._blur = settings.blur_kernel()
         self._calibration: Intrinsics | None = None
         if settings.camera_info_url:
             _, self._calibration = load_camera_info(settings.camera_info_url)
@@ -85,7 +89,7 @@ class CameraNode(StageNode[CameraSettings]):
         if self.settings.wait_for_subscribers:
             self._wait_for_subscribers()
         for frame in self._reader.frames():
-            self._publish(self._calibrated(frame))
+            self._publish(self._calibrated(self._sharpened(frame)))
         self._ended.set()
 
     def _wait_for_subscribers(self) -> None:
@@ -98,6 +102,12 @@ class CameraNode(StageNode[CameraSettings]):
                 since_s = now_s
             elif count and now_s - since_s > _SETTLE_S:
                 return
+
+    def _sharpened(self, frame: Frame) -> Frame:
+        if self._blur is None:
+            return frame
+        return replace(frame, image=wiener_deblur(
+            frame.image, self._blur, noise_to_signal=_NOISE_TO_SIGNAL))
 
     def _calibrated(self, frame: Frame) -> Frame:
         """Return the frame with the intrinsics that it is published with, if they fit it."""

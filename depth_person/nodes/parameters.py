@@ -8,6 +8,10 @@ import math
 from types import MappingProxyType
 from typing import TypeVar
 
+import numpy as np
+from numpy.typing import NDArray
+
+from depth_person.camera.deblur import motion_kernel
 from depth_person.distance.conventions import CONVENTIONS
 from depth_person.distance.estimator import Body
 from depth_person.distance.estimators import ESTIMATORS
@@ -87,7 +91,11 @@ def specs(settings: type) -> tuple[ParameterSpec, ...]:
 
 @dataclass(frozen=True)
 class CameraSettings:
-    """The parameters of camera_node."""
+    """
+    The parameters of camera_node.
+
+    :raises DepthPersonError: when values do not go together.
+    """
 
     source: str = parameter(
         '', 'Where frames come from: a video file, a folder of images, a device such as '
@@ -110,6 +118,13 @@ class CameraSettings:
     timeout: float = parameter(
         2.0, 'A device or stream that sends no frame for so many seconds is opened again.',
         minimum=0.1, maximum=60.0)
+    motion_blur: float = parameter(
+        0.0, 'Length of a known motion blur that is undone by a Wiener filter, pixels; 0 for '
+        'none. A wrong length or angle does more harm than the blur.', minimum=0.0,
+        maximum=100.0)
+    motion_blur_angle: float = parameter(
+        0.0, 'Direction of that motion, degrees clockwise from the right.', minimum=-180.0,
+        maximum=180.0)
     publish_clock: bool = parameter(
         False, 'Publish /clock from the stamps of a file, folder or bag, for nodes that run '
         'with use_sim_time.')
@@ -118,6 +133,15 @@ class CameraSettings:
         'else has come: so that no subscriber misses the beginning of a recording.')
     jpeg_quality: int = parameter(
         90, 'Quality of image_raw/compressed.', minimum=1, maximum=100, read_only=False)
+
+    def __post_init__(self) -> None:
+        self.blur_kernel()
+
+    def blur_kernel(self) -> NDArray[np.float64] | None:
+        """Return the kernel of the motion blur to undo; None for none."""
+        if not self.motion_blur:
+            return None
+        return motion_kernel(self.motion_blur, self.motion_blur_angle)
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 
 from depth_person.camera.calibration import save_camera_info
+from depth_person.camera.deblur import motion_kernel
 from depth_person.camera.intrinsics import Intrinsics
 from depth_person.nodes.image_messages import stamp_ns
 from depth_person.replay.bags import BagWriter, jazzy_types
@@ -164,3 +165,17 @@ def test_a_camera_node_that_is_started_again_is_heard_again(domain, folder):
     program.interrupt()
     assert program.exit_code(5) == 0
     assert 'Traceback' not in program.said
+
+
+def test_a_known_motion_blur_is_undone(domain, photograph, tmp_path):
+    blurred = cv2.filter2D(photograph, -1, motion_kernel(12.0, 30.0))
+    cv2.imwrite(str(tmp_path / 'blurred.png'), blurred)
+    images = domain.listen(Image, 'image_raw')
+    domain.start(*arguments(tmp_path, motion_blur=12, motion_blur_angle=30))
+    domain.spin_until(lambda: images)
+    published = np.frombuffer(images[0].data, np.uint8).reshape(photograph.shape)
+
+    def error(image):
+        return np.abs(image.astype(float) - photograph).mean()
+
+    assert error(published) < 0.7 * error(blurred)
