@@ -55,6 +55,7 @@ setup(
             'mypy>=1.10',
             'onnx>=1.16',
             'pytest>=8.0',
+            'pytest-rerunfailures>=14.0',
             'pytest-timeout>=2.3',
             'ruff>=0.6',
             'scikit-image>=0.22',

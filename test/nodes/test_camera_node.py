@@ -52,13 +52,13 @@ def bag(photograph, tmp_path_factory):
 def test_every_image_of_a_folder_comes_with_its_camera_info(domain, folder):
     images = domain.listen(Image, 'image_raw')
     infos = domain.listen(CameraInfo, 'camera_info')
-    program = domain.start(*arguments(folder, fps=20, horizontal_fov=60, frame_id='eye'))
+    program = domain.start(*arguments(folder, fps=5, horizontal_fov=60, frame_id='eye'))
     domain.spin_until(lambda: len(images) == 10 and len(infos) == 10)
     assert program.exit_code() == 0  # a recording that ends, ends the node
     assert [image.header for image in images] == [info.header for info in infos]
     assert images[0].header.frame_id == 'eye'
     steps = np.diff([stamp_ns(image.header) for image in images])
-    assert steps == pytest.approx(50_000_000)
+    assert steps == pytest.approx(200_000_000)
     first = images[0]
     picture = cv2.imread(str(folder / '00.png'))
     assert (first.height, first.width, first.step) == (*picture.shape[:2], 3 * picture.shape[1])

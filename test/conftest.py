@@ -1,0 +1,14 @@
+"""What all tests share."""
+import pytest
+
+
+def pytest_collection_modifyitems(items):
+    """
+    Give tests that talk to other processes in real time a second try.
+
+    On a busy machine a process may stand still for longer than the queues of DDS or of a stream
+    hold, which is no fault of what is tested; a fault fails twice.
+    """
+    for item in items:
+        if item.path.parent.name in ('nodes', 'system') or item.path.stem == 'test_camera_live':
+            item.add_marker(pytest.mark.flaky(reruns=1))
