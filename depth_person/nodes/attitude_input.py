@@ -14,7 +14,7 @@ from depth_person.distance.estimator import Mounting
 from depth_person.errors import DepthPersonError
 from depth_person.nodes.image_messages import stamp_ns
 from depth_person.nodes.monitor import Level, Monitor
-from depth_person.nodes.parameters import DepthSettings
+from depth_person.settings.depth import DepthSettings
 
 _FAULT = 'imu'
 #: An Imu that is further from an image than this tells nothing of it, nanoseconds.

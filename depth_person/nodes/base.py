@@ -17,11 +17,12 @@ from rclpy.publisher import Publisher
 from rclpy.subscription import Subscription
 
 from depth_person.nodes.monitor import Level, Monitor
-from depth_person.nodes.parameters import ParameterValue, specs, unknown_parameter
 from depth_person.nodes.qos import mismatches, overridable, publisher_profile, sensor_profile
 from depth_person.nodes.ros_parameters import declare, given_parameters, watch
 from depth_person.nodes.traffic import Traffic
 from depth_person.nodes.worker import Worker
+from depth_person.settings.parameter import ParameterValue, specs
+from depth_person.settings.table import unknown_parameter
 
 _DIAGNOSTICS_PERIOD_S = 1.0
 #: How long a closing node waits for slow subscribers.

@@ -20,7 +20,8 @@ from depth_person.nodes.base import StageNode
 from depth_person.nodes.frame_reader import FrameReader, is_live
 from depth_person.nodes.image_messages import encode_camera_info, encode_image, encode_jpeg, header
 from depth_person.nodes.monitor import Level
-from depth_person.nodes.parameters import CameraSettings, ParameterValue
+from depth_person.settings.camera import CameraSettings
+from depth_person.settings.parameter import ParameterValue
 
 # Nodes find each other one by one, up to 1.4 s apart where several start at once.
 _SETTLE_S = 2.0

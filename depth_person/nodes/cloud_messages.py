@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from sensor_msgs.msg import PointCloud2, PointField
 from std_msgs.msg import Header
 
-from depth_person.distance.estimator import Distances
+from depth_person.distance.tracked import TrackedPeople
 from depth_person.errors import DepthPersonError
 from depth_person.nodes.image_messages import byte_array
 from depth_person.pose.people import People
@@ -75,9 +75,10 @@ def person_scores(people: People) -> NDArray[np.float32]:
     return np.where(found, scores, 0).sum(axis=1) / np.maximum(found.sum(axis=1), 1)
 
 
-def encode_distances(people: People, distances: Distances, header: Header) -> PointCloud2:
+def encode_distances(tracked: TrackedPeople, header: Header) -> PointCloud2:
     """Return one point a person: /person_depth/people."""
-    points = np.zeros((1, len(people)), PERSON_POINT)
+    people, distances = tracked.people, tracked.distances
+    points = np.zeros((1, len(tracked)), PERSON_POINT)
     row = points[0]
     row['x'], row['y'], row['z'] = distances.position.T
     row['range'] = distances.range

@@ -7,8 +7,8 @@ from typing import Any
 from depth_person.nodes.base import StageNode
 from depth_person.nodes.camera_node import CameraNode
 from depth_person.nodes.depth_node import DepthNode
-from depth_person.nodes.parameters import ParameterValue
 from depth_person.nodes.pose_node import PoseNode
+from depth_person.settings.parameter import ParameterValue
 
 
 def make_pipeline(

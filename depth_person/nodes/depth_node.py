@@ -4,15 +4,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 import time
 
-import numpy as np
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image, Imu, PointCloud2
 from std_msgs.msg import Header
 from visualization_msgs.msg import MarkerArray
 
 from depth_person.camera.frame import Frame
 from depth_person.camera.intrinsics import Intrinsics
-from depth_person.distance.estimator import Distances, Reason
-from depth_person.distance.estimators import make_estimator
+from depth_person.distance.stage import DistanceStage
+from depth_person.distance.tracked import TrackedPeople
 from depth_person.errors import DepthPersonError
 from depth_person.nodes.attitude_input import AttitudeInput
 from depth_person.nodes.base import StageNode
@@ -22,9 +21,10 @@ from depth_person.nodes.image_input import ImageInput
 from depth_person.nodes.image_messages import header, image_size, stamp_ns
 from depth_person.nodes.marker_messages import encode_markers
 from depth_person.nodes.monitor import Level
-from depth_person.nodes.overlay_output import OverlayOutput, Result
-from depth_person.nodes.parameters import DepthSettings, ParameterValue
+from depth_person.nodes.overlay_output import OverlayOutput
 from depth_person.pose.people import People
+from depth_person.settings.depth import DepthSettings
+from depth_person.settings.parameter import ParameterValue
 
 
 class DepthNode(StageNode[DepthSettings]):
@@ -63,7 +63,7 @@ class DepthNode(StageNode[DepthSettings]):
 
     def settings_changed(self) -> None:
         """Compute with the new settings from the next frame on."""
-        self._estimator = make_estimator(self.settings.estimator, body=self.settings.body())
+        self._stage = DistanceStage(self.settings.distance_options())
 
     def take(self, frame: Frame, people: People) -> None:
         """Measure the people of a frame that is handed over in memory."""
@@ -112,28 +112,17 @@ class DepthNode(StageNode[DepthSettings]):
 
     def _measure(
         self, people: People, image_header: Header, intrinsics: Intrinsics | None,
-    ) -> Result:
+    ) -> TrackedPeople:
         """Publish how far the people of one image are."""
         started = time.monotonic()
-        if intrinsics is None:
-            distances = Distances.none(len(people), Reason.UNCALIBRATED)
-        else:
-            mounting = self._attitude.mounting_at(stamp_ns(image_header), self.settings)
-            distances = within(
-                self._estimator.estimate(people, intrinsics, mounting), self.settings.max_range)
-        self._people.publish(encode_distances(people, distances, image_header))
-        self._markers.publish(encode_markers(people, distances, image_header, intrinsics))
+        image_stamp_ns = stamp_ns(image_header)
+        mounting = self._attitude.mounting_at(image_stamp_ns, self.settings)
+        tracked = self._stage.measure(people, intrinsics, mounting, stamp_ns=image_stamp_ns)
+        self._people.publish(encode_distances(tracked, image_header))
+        self._markers.publish(encode_markers(tracked, image_header, intrinsics))
         self.monitor.frame()
-        self.monitor.count('people', len(people))
-        self.monitor.count('people without range', int((~distances.known).sum()))
+        self.monitor.count('people', len(tracked))
+        self.monitor.count('people without range', int((~tracked.distances.known).sum()))
         self.monitor.sample('processing', time.monotonic() - started)
-        self.monitor.latency(stamp_ns=stamp_ns(image_header), now_ns=self.now_ns)
-        return Result(people, distances)
-
-
-def within(distances: Distances, max_range: float) -> Distances:
-    """Return the distances without those beyond max_range metres, which get their reason."""
-    far = distances.known & (distances.range > max_range)
-    return Distances.of(
-        position=distances.position, range_sigma=distances.range_sigma, cues=distances.cues,
-        reason=np.where(far, np.uint8(Reason.OUT_OF_RANGE), distances.reason))
+        self.monitor.latency(stamp_ns=image_stamp_ns, now_ns=self.now_ns)
+        return tracked

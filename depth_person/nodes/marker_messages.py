@@ -9,9 +9,8 @@ from std_msgs.msg import ColorRGBA, Header
 from visualization_msgs.msg import Marker, MarkerArray
 
 from depth_person.camera.intrinsics import Intrinsics
-from depth_person.distance.estimator import Distances
+from depth_person.distance.tracked import TrackedPeople
 from depth_person.overlay import person_colour
-from depth_person.pose.people import People
 from depth_person.pose.skeleton import LIMBS
 
 _LIMBS = np.array(LIMBS)
@@ -20,7 +19,7 @@ _HEAD_ROOM = 0.45  # metres from the neck up to the label, clear of the head
 
 
 def encode_markers(
-    people: People, distances: Distances, header: Header, intrinsics: Intrinsics | None,
+    tracked: TrackedPeople, header: Header, intrinsics: Intrinsics | None,
 ) -> MarkerArray:
     """
     Return the markers of /person_depth; people without a range are left out.
@@ -28,6 +27,7 @@ def encode_markers(
     :param intrinsics: of the image; None while the camera is uncalibrated, when nobody has a
         range.
     """
+    people, distances = tracked.people, tracked.distances
     markers = [Marker(header=header, action=Marker.DELETEALL)]
     finite = np.isfinite(distances.position).all(axis=1) & np.isfinite(distances.range_sigma)
     rows = np.flatnonzero(distances.known & finite)

@@ -1,31 +1,21 @@
 """The picture with skeletons and distances, drawn only while someone watches."""
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 from sensor_msgs.msg import CompressedImage, Image
 
 from depth_person.camera.frame import Frame
-from depth_person.distance.estimator import Distances
+from depth_person.distance.tracked import TrackedPeople
 from depth_person.errors import DepthPersonError
 from depth_person.nodes.base import StageNode
 from depth_person.nodes.image_messages import decode_image, encode_jpeg, header, stamp_ns
 from depth_person.nodes.monitor import Level
 from depth_person.nodes.worker import Mailbox
 from depth_person.overlay import draw
-from depth_person.pose.people import People
 
 #: How many images or results wait for the other of the same stamp.
 _WAITING = 5
-
-
-@dataclass(frozen=True, eq=False)
-class Result:
-    """The people of one frame and their distances."""
-
-    people: People
-    distances: Distances
 
 
 class OverlayOutput:
@@ -39,8 +29,8 @@ class OverlayOutput:
         self._node = node
         self._publisher = node.advertise(CompressedImage, 'person_depth/image/compressed')
         self._images: dict[int, Image | CompressedImage] = {}
-        self._results: dict[int, Result] = {}
-        self._mailbox: Mailbox[tuple[Frame | Image | CompressedImage, Result]] = Mailbox()
+        self._results: dict[int, TrackedPeople] = {}
+        self._mailbox: Mailbox[tuple[Frame | Image | CompressedImage, TrackedPeople]] = Mailbox()
         node.work('overlay', self._run)
 
     @property
@@ -48,7 +38,7 @@ class OverlayOutput:
         """Whether anyone subscribes."""
         return self._publisher.get_subscription_count() > 0
 
-    def draw(self, frame: Frame, result: Result) -> None:
+    def draw(self, frame: Frame, result: TrackedPeople) -> None:
         """Leave a frame and what it shows; an older one that is not drawn yet is dropped."""
         self._mailbox.put((frame, result))
 
@@ -57,7 +47,7 @@ class OverlayOutput:
         self._images[stamp_ns(message.header)] = message
         self._match(stamp_ns(message.header))
 
-    def take_result(self, result: Result, *, stamp_ns: int) -> None:
+    def take_result(self, result: TrackedPeople, *, stamp_ns: int) -> None:
         """Take a result; it is drawn into the image of the same stamp."""
         self._results[stamp_ns] = result
         self._match(stamp_ns)
@@ -87,7 +77,7 @@ class OverlayOutput:
             while len(waiting) > _WAITING:
                 del waiting[next(iter(waiting))]
 
-    def _publish(self, image: Frame | Image | CompressedImage, result: Result) -> None:
+    def _publish(self, image: Frame | Image | CompressedImage, result: TrackedPeople) -> None:
         frame = image if isinstance(image, Frame) else decode_image(image)
         canvas = frame.image.copy()
         draw(canvas, result.people, result.distances)

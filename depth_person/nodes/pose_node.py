@@ -13,10 +13,11 @@ from depth_person.nodes.cloud_messages import encode_people
 from depth_person.nodes.image_input import ImageInput
 from depth_person.nodes.image_messages import decode_image, header
 from depth_person.nodes.monitor import Level
-from depth_person.nodes.parameters import ParameterValue, PoseSettings
 from depth_person.nodes.worker import Mailbox
 from depth_person.pose.people import People
-from depth_person.pose.pipeline import PoseEstimator, PoseOptions
+from depth_person.pose.pipeline import PoseEstimator
+from depth_person.settings.parameter import ParameterValue
+from depth_person.settings.pose import PoseSettings
 
 #: How long the last frame may take when the node is closed.
 _DRAIN_S = 2.0
@@ -36,16 +37,12 @@ class PoseNode(StageNode[PoseSettings]):
         deliver: Callable[[Frame, People], None] | None = None, listen: bool = True,
     ) -> None:
         super().__init__('pose_node', PoseSettings, overrides=overrides)
-        settings = self.settings
-        self._estimator = PoseEstimator(PoseOptions(
-            model=settings.model, input_size=settings.input_size, min_score=settings.min_score,
-            max_people=settings.max_people, threads=settings.threads,
-            provider=settings.provider))
+        self._estimator = PoseEstimator(self.settings.pose_options())
         self._deliver = deliver
         self._mailbox: Mailbox[Frame | Image | CompressedImage] = Mailbox()
         self._keypoints = self.advertise(PointCloud2, 'person_keypoints')
         if listen:
-            ImageInput(self, self.take, compressed=settings.compressed).open()
+            ImageInput(self, self.take, compressed=self.settings.compressed).open()
         self.work('pose', self._run)
 
     def take(self, image: Frame | Image | CompressedImage) -> None:

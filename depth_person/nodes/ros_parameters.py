@@ -15,7 +15,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from depth_person.errors import DepthPersonError
-from depth_person.nodes.parameters import ParameterSpec, ParameterValue
+from depth_person.settings.parameter import ParameterSpec, ParameterValue
 
 #: What rclpy declares itself, and has taken over already.
 _DECLARED_BY_ROS = ('use_sim_time', 'start_type_description_service')

@@ -6,8 +6,9 @@ from pathlib import Path
 
 from depth_person.errors import DepthPersonError
 from depth_person.nodes.composition import make_pipeline
-from depth_person.nodes.parameters import CameraSettings, specs
 from depth_person.nodes.spin import leave, run_nodes
+from depth_person.settings.camera import CameraSettings
+from depth_person.settings.parameter import specs
 
 _SHORTCUTS = ('source', 'camera_info_url', 'horizontal_fov', 'fps', 'loop')
 

@@ -4,7 +4,7 @@ import re
 
 import pytest
 
-from depth_person.nodes.parameters import PARAMETERS
+from depth_person.settings.table import PARAMETERS
 
 README = (Path(__file__).parents[2] / 'README.md').read_text()
 

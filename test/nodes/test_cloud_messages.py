@@ -9,7 +9,8 @@ import pytest
 from sensor_msgs.msg import PointField
 from std_msgs.msg import Header
 
-from depth_person.distance.estimator import Distances
+from depth_person.distance.estimator import Distances, Reason
+from depth_person.distance.tracked import TrackedPeople
 from depth_person.errors import DepthPersonError
 from depth_person.nodes.cloud_messages import (
     decode_cloud,
@@ -115,7 +116,7 @@ def test_distances_are_packed_as_documented():
         reason=np.array([0, 2], np.uint8), cues=np.array([5, 0], np.uint8))
     crowd = people(2)
     crowd.keypoints[1, 3:] = np.nan
-    message = encode_distances(crowd, distances, Header(frame_id='eye'))
+    message = encode_distances(TrackedPeople.unfiltered(crowd, distances), Header(frame_id='eye'))
     assert message.header.frame_id == 'eye'
     assert not message.is_dense
     first, second = struct.iter_unpack('<ffffffiffBBxx', bytes(message.data))
@@ -130,8 +131,6 @@ def test_distances_are_packed_as_documented():
 
 def test_a_person_without_keypoints_scores_zero():
     nobody = People(np.full((1, 18, 3), np.nan, np.float32), np.array([1], np.int32))
-    nothing = np.full(1, np.nan)
-    message = encode_distances(nobody, Distances(
-        nothing, nothing, np.full((1, 3), np.nan), np.array([2], np.uint8),
-        np.zeros(1, np.uint8)), Header())
+    nowhere = Distances.none(1, Reason.NO_SHOULDERS)
+    message = encode_distances(TrackedPeople.unfiltered(nobody, nowhere), Header())
     assert decode_cloud(message, PERSON_POINT)['score'][0, 0] == 0

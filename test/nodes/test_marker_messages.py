@@ -8,11 +8,16 @@ from visualization_msgs.msg import Marker
 
 from depth_person.camera.intrinsics import Intrinsics
 from depth_person.distance.estimator import Distances, Reason
+from depth_person.distance.tracked import TrackedPeople
 from depth_person.nodes.marker_messages import encode_markers
 from depth_person.pose.people import People
 
 CAMERA = Intrinsics(200, 100, 100.0, 100.0, 100.0, 50.0)
 HEADER = Header(frame_id='eye')
+
+
+def markers_of(people, distances, header, camera):
+    return encode_markers(TrackedPeople.unfiltered(people, distances), header, camera)
 
 
 def crowd(count):
@@ -31,7 +36,7 @@ def at(position, sigma=0.5, reason=Reason.NONE):
 
 
 def test_a_person_is_drawn_where_it_is():
-    array = encode_markers(crowd(1), at([2.4, 0.0, 4.0]), HEADER, CAMERA)
+    array = markers_of(crowd(1), at([2.4, 0.0, 4.0]), HEADER, CAMERA)
     clear, person, label, uncertainty, skeleton = array.markers
     assert clear.action == Marker.DELETEALL
     assert [marker.ns for marker in array.markers] == [
@@ -49,20 +54,20 @@ def test_a_person_is_drawn_where_it_is():
 
 
 def test_a_sigma_larger_than_the_range_ends_at_the_camera():
-    uncertainty = encode_markers(crowd(1), at([0, 0, 2.0], sigma=9.0), HEADER, CAMERA).markers[3]
+    uncertainty = markers_of(crowd(1), at([0, 0, 2.0], sigma=9.0), HEADER, CAMERA).markers[3]
     assert [point.z for point in uncertainty.points] == [0.0, 11.0]
 
 
 def test_people_without_a_range_are_left_out():
     distances = at([[0, 0, 2.0], [np.nan] * 3, [0, 0, 3.0]])
     distances.reason[1] = Reason.NO_SHOULDERS
-    markers = encode_markers(crowd(3), distances, HEADER, CAMERA).markers
+    markers = markers_of(crowd(3), distances, HEADER, CAMERA).markers
     assert {marker.id for marker in markers[1:]} == {1, 3}
 
 
 @pytest.mark.parametrize('camera', [CAMERA, None])
 def test_nobody_is_one_marker_that_clears(camera):
-    markers = encode_markers(
+    markers = markers_of(
         People.nobody(), at(np.empty((0, 3))), HEADER, camera).markers
     assert [(marker.action, marker.header) for marker in markers] == [(Marker.DELETEALL, HEADER)]
 
@@ -70,7 +75,7 @@ def test_nobody_is_one_marker_that_clears(camera):
 def test_a_person_without_a_whole_limb_has_no_skeleton():
     people = crowd(1)
     people.keypoints[0, 2] = np.nan
-    markers = encode_markers(people, at([0, 0, 2.0]), HEADER, CAMERA).markers
+    markers = markers_of(people, at([0, 0, 2.0]), HEADER, CAMERA).markers
     assert [marker.ns for marker in markers] == ['', 'person', 'label', 'uncertainty']
 
 
@@ -82,7 +87,7 @@ def test_every_number_is_finite_and_every_colour_a_colour(rows):
     distances = Distances(
         np.linalg.norm(position, axis=1), np.array([row[3] for row in rows], float), position,
         np.zeros(len(rows), np.uint8), np.zeros(len(rows), np.uint8))
-    for marker in encode_markers(crowd(len(rows)), distances, HEADER, CAMERA).markers[1:]:
+    for marker in markers_of(crowd(len(rows)), distances, HEADER, CAMERA).markers[1:]:
         points = [marker.pose.position, *marker.points]
         assert np.isfinite([[point.x, point.y, point.z] for point in points]).all()
         assert all(0 <= part <= 1 for part in (marker.color.r, marker.color.g, marker.color.b))

@@ -4,17 +4,13 @@ from dataclasses import fields
 import pytest
 
 from depth_person.errors import DepthPersonError
-from depth_person.nodes.parameters import (
-    CameraSettings,
-    DepthSettings,
-    PARAMETERS,
-    ParameterSpec,
-    PoseSettings,
-    specs,
-    unknown_parameter,
-)
 from depth_person.pose.pipeline import PoseOptions
 from depth_person.pose.runtime import PROVIDERS
+from depth_person.settings.camera import CameraSettings
+from depth_person.settings.depth import DepthSettings
+from depth_person.settings.parameter import ParameterSpec, specs
+from depth_person.settings.pose import PoseSettings
+from depth_person.settings.table import PARAMETERS, unknown_parameter
 
 EVERY = [(node, spec) for node, table in PARAMETERS.items() for spec in table]
 CHECKED = [

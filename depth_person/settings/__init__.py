@@ -1,0 +1,1 @@
+"""What users can set: the parameters of every node, free of ROS."""

@@ -1,0 +1,86 @@
+"""The parameters of depth_node."""
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from depth_person.distance.conventions import CONVENTIONS
+from depth_person.distance.estimator import Body
+from depth_person.distance.estimators import ESTIMATORS
+from depth_person.distance.shoulder import ShoulderEstimator
+from depth_person.distance.stage import DistanceOptions
+from depth_person.settings.parameter import parameter
+
+
+@dataclass(frozen=True)
+class DepthSettings:
+    """
+    The parameters of depth_node.
+
+    :raises DepthPersonError: when values do not go together.
+    """
+
+    estimator: str = parameter(
+        'skeleton', 'How a range is computed.', choices=ESTIMATORS, read_only=False)
+    convention: str = parameter(
+        'movenet', 'Where the pose network marks keypoints; `coco` for one that nobody has '
+        'measured.', choices=tuple(CONVENTIONS))
+    shoulder_width: float = parameter(
+        0.35, 'Between the shoulder keypoints, metres; `skeleton` takes it only where '
+        'shoulder_width_sigma is given.', minimum=0.1, maximum=1.0, read_only=False)
+    shoulder_width_sigma: float = parameter(
+        0.0, 'Standard deviation of shoulder_width over it, such as 0.02 for people who were '
+        'measured; 0 for the spread of the population.', minimum=0.0, maximum=0.5,
+        read_only=False)
+    stature: float = parameter(
+        0.0, 'Of the people in view, metres; 0 where it is not known.', minimum=0.0, maximum=2.6,
+        read_only=False)
+    children: bool = parameter(
+        False, 'Whether people may be children; otherwise they are taken for adults.',
+        read_only=False)
+    attitude: str = parameter(
+        'unknown', "Where the camera's attitude comes from: `fixed`, the parameters alone; "
+        '`imu`, the topic imu and how the camera is mounted on that body.',
+        choices=('unknown', 'fixed', 'imu'))
+    camera_pitch: float = parameter(
+        0.0, "How far the camera looks down, degrees from level or from the body's forward.",
+        minimum=-90.0, maximum=90.0, read_only=False)
+    camera_roll: float = parameter(
+        0.0, 'How far the camera is rolled clockwise, seen from behind, degrees.',
+        minimum=-180.0, maximum=180.0, read_only=False)
+    attitude_sigma: float = parameter(
+        1.0, 'Standard deviation of the attitude, degrees.', minimum=0.01, maximum=30.0,
+        read_only=False)
+    camera_height: float = parameter(
+        0.0, 'Of the camera above the ground that people stand on, metres; 0 where it is not '
+        'known. With the attitude known, feet then tell distances, too.', minimum=0.0,
+        maximum=500.0, read_only=False)
+    camera_height_sigma: float = parameter(
+        0.1, 'Standard deviation of the height, metres.', minimum=0.001, maximum=50.0,
+        read_only=False)
+    max_range: float = parameter(
+        100.0, 'Who is further away than this has no range, metres.', minimum=1.0,
+        maximum=1000.0, read_only=False)
+    compressed: bool = parameter(
+        False, 'Take image_raw/compressed (CompressedImage) for the overlay instead of '
+        'image_raw.')
+    jpeg_quality: int = parameter(
+        90, 'Quality of person_depth/image/compressed.', minimum=1, maximum=100,
+        read_only=False)
+
+    def __post_init__(self) -> None:
+        self.distance_options()
+
+    def distance_options(self) -> DistanceOptions:
+        """Return what the distance stage is told."""
+        return DistanceOptions(
+            estimator=self.estimator, body=self.body(), max_range=self.max_range)
+
+    def body(self) -> Body:
+        """Return what is said of the people in view."""
+        measured = self.shoulder_width_sigma > 0
+        # The shoulder method cannot go without a width; the others know the population's.
+        given = measured or self.estimator == ShoulderEstimator.name
+        spread = {'shoulder_width_sigma': self.shoulder_width_sigma} if measured else {}
+        return Body(
+            shoulder_width=self.shoulder_width if given else None,
+            stature=self.stature or None, children=self.children, **spread)

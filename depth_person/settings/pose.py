@@ -1,0 +1,39 @@
+"""The parameters of pose_node."""
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from depth_person.pose.pipeline import PoseOptions
+from depth_person.settings.parameter import parameter
+
+
+@dataclass(frozen=True)
+class PoseSettings:
+    """The parameters of pose_node."""
+
+    model: str = parameter(
+        'movenet-multipose',
+        'Pose network: a name that `depth_person models list` shows, or an ONNX file.')
+    input_size: int = parameter(
+        512, 'Longer side of the image that the network sees, pixels: a multiple of 32.',
+        minimum=128, maximum=2048)
+    min_score: float = parameter(
+        0.2, 'Keypoints that score less are missing.', minimum=0.01, maximum=0.99)
+    max_people: int = parameter(20, 'The surest so many are kept.', minimum=1, maximum=100)
+    threads: int = parameter(
+        0, 'Threads that the network may use; 0 for one a core.', minimum=0, maximum=256)
+    provider: str = parameter(
+        'cpu', 'Execution provider of ONNX Runtime.',
+        choices=('cpu', 'cuda', 'tensorrt', 'openvino'))
+    compressed: bool = parameter(
+        False, 'Take image_raw/compressed (CompressedImage) instead of image_raw.')
+
+    def pose_options(self) -> PoseOptions:
+        """
+        Return what the pose stage is told.
+
+        :raises DepthPersonError: when a value is out of its range.
+        """
+        return PoseOptions(
+            model=self.model, input_size=self.input_size, min_score=self.min_score,
+            max_people=self.max_people, threads=self.threads, provider=self.provider)
