@@ -53,6 +53,9 @@ class MoveNet:
         for many people.
     """
 
+    convention = 'movenet'
+    neck_measured = False
+
     def __init__(
         self, path: Path, *, input_size: int, min_score: float, max_people: int,
         threads: int = 0, provider: str = 'cpu',
