@@ -2,25 +2,33 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Collection, Iterable, Iterator
-from dataclasses import dataclass
-from functools import lru_cache
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass, replace
 import logging
 from pathlib import Path
-import sqlite3
-from types import TracebackType
 from typing import Any
 
-from rosbags.interfaces import Connection, ConnectionExtRosbag2, MessageDefinitionFormat, Qos
-from rosbags.typesys import get_types_from_msg, get_typestore, Stores, TypesysError
-from rosbags.typesys.store import Typestore
+from rosbags.interfaces import (
+    Connection,
+    ConnectionExtRosbag2,
+    MessageDefinition,
+    MessageDefinitionFormat,
+    Qos,
+)
+import zstandard
 
 from depth_person.camera.bag_files import BagFile, Record, WholeBag
-from depth_person.camera.torn_bag import MCAP_MAGIC, TornMcap, TornSqlite
+from depth_person.camera.bag_open import open_file, storage_files
+from depth_person.camera.bag_types import jazzy_types, types_for
+from depth_person.closing import Closing
 from depth_person.errors import DepthPersonError
 
+__all__ = ['BagReader', 'Topic', 'jazzy_types']
+
 LOG = logging.getLogger(__name__)
-MAGIC = {'.mcap': MCAP_MAGIC, '.db3': b'SQLite format 3\0'}
+_NO_DEFINITION = MessageDefinition(MessageDefinitionFormat.NONE, '')
+#: A message that was compressed by itself; CDR never begins so.
+_ZSTD_MAGIC = b'\x28\xb5\x2f\xfd'
 
 
 @dataclass(frozen=True)
@@ -30,34 +38,31 @@ class Topic:
 
     :ivar count: messages in the bag; 0 where a torn bag does not say.
     :ivar qos: profiles of its publishers, as far as they were recorded.
+    :ivar definition: of the type, as far as it was recorded.
+    :ivar digest: of the type; empty where it was not recorded.
     """
 
     name: str
     msgtype: str
     count: int = 0
     qos: tuple[Qos, ...] = ()
+    definition: MessageDefinition = _NO_DEFINITION
+    digest: str = ''
+
+    @property
+    def has_definition(self) -> bool:
+        """Whether the type's definition was recorded."""
+        return self.definition.format != MessageDefinitionFormat.NONE
 
 
-@lru_cache(maxsize=1)
-def jazzy_types() -> Typestore:
-    """Return the message types of ROS 2 Jazzy."""
-    return get_typestore(Stores.ROS2_JAZZY)
-
-
-def is_bag(path: Path) -> bool:
-    """Return whether the path looks like a rosbag: by its name, or a folder's contents."""
-    if path.is_dir():
-        return (path / 'metadata.yaml').exists() or bool(_storage_files(path))
-    return path.suffix in MAGIC
-
-
-class BagReader:
+class BagReader(Closing):
     """
-    A rosbag2 opened for reading: a folder, or a single .mcap or .db3 file.
+    A rosbag opened for reading: a folder of ROS 2, or a single .mcap, .db3 or ROS 1 .bag file.
 
     A torn bag gives the messages that can be read, after which `damage` says what is wrong.
 
     :ivar topics: by name.
+    :ivar types: of their messages, as far as they are known.
     :ivar undecodable: by topic, how many messages could not be decoded and were left out.
     :raises DepthPersonError: when there is no readable bag at the path.
     """
@@ -67,7 +72,7 @@ class BagReader:
         self.undecodable: Counter[str] = Counter()
         self._faults: list[str] = []
         self._files = self._open()
-        self._types = _types_for(
+        self.types = types_for(
             connection for file in self._files for connection in file.connections)
         self.topics = self._list_topics()
 
@@ -89,12 +94,17 @@ class BagReader:
         :param topics: names; None for all.
         """
         for connection, stamp_ns, raw in self._records(topics):
-            try:
-                message = self._types.deserialize_cdr(raw, connection.msgtype)
-            except Exception as error:  # what a generated deserialiser stumbles over has no type
-                self._note_undecodable(connection, error)
-                continue
-            yield connection.topic, stamp_ns, message
+            message = self.decode(connection.topic, raw)
+            if message is not None:
+                yield connection.topic, stamp_ns, message
+
+    def decode(self, topic: str, raw: bytes) -> Any | None:
+        """Return a message decoded; None, and counted in `undecodable`, if it cannot be."""
+        try:
+            return self.types.deserialize_cdr(raw, self.topics[topic].msgtype)
+        except Exception as error:  # what a generated deserialiser stumbles over has no type
+            self._note_undecodable(topic, error)
+            return None
 
     def raw_messages(
         self, topics: Collection[str] | None = None,
@@ -111,27 +121,27 @@ class BagReader:
             file.close()
         self._files = []
 
-    def __enter__(self) -> BagReader:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
-        self.close()
-
     def _records(self, topics: Collection[str] | None) -> Iterator[Record]:
         for file in self._files:
-            yield from file.messages([
+            wanted = [
                 connection for connection in file.connections
-                if topics is None or connection.topic in topics])
+                if (topics is None or connection.topic in topics)
+                and connection.msgtype == self.topics[connection.topic].msgtype]
+            for connection, stamp_ns, raw in file.messages(wanted):
+                if raw[:4] == _ZSTD_MAGIC:  # the metadata that would have said so is missing
+                    try:
+                        raw = zstandard.decompress(raw)
+                    except zstandard.ZstdError as error:
+                        self._note_undecodable(connection.topic, error)
+                        continue
+                yield connection, stamp_ns, raw
 
     def _open(self) -> list[BagFile]:
         """Open the bag's files, the torn ones too."""
         if not self.path.exists():
             raise DepthPersonError(f'there is no bag at {self.path}')
         if self.path.is_file():
-            return [_open_file(self.path)]
+            return [open_file(self.path)]
         if (self.path / 'metadata.yaml').exists():
             try:
                 return [WholeBag(self.path)]
@@ -140,9 +150,9 @@ class BagReader:
         else:
             LOG.warning('%s has no metadata.yaml; its files are read in name order', self.path)
         files: list[BagFile] = []
-        for path in _storage_files(self.path):
+        for path in storage_files(self.path):
             try:
-                files.append(_open_file(path))
+                files.append(open_file(path))
             except DepthPersonError as error:
                 self._faults.append(str(error))
         if not files:
@@ -155,61 +165,28 @@ class BagReader:
         topics: dict[str, Topic] = {}
         for file in self._files:
             for connection in file.connections:
-                count = connection.msgcount
-                if connection.topic in topics:
-                    count += topics[connection.topic].count
-                extra = connection.ext
-                qos = (tuple(extra.offered_qos_profiles)
-                       if isinstance(extra, ConnectionExtRosbag2) else ())
-                topics[connection.topic] = Topic(
-                    connection.topic, connection.msgtype, count, qos)
+                found = _topic(connection)
+                known = topics.setdefault(found.name, found)
+                if known is found:
+                    continue
+                if known.msgtype == found.msgtype:
+                    topics[found.name] = replace(known, count=known.count + found.count)
+                else:
+                    self._faults.append(
+                        f'{self.path} holds {found.msgtype} on {found.name}, too, which is of '
+                        f'type {known.msgtype}; only that is read')
         return topics
 
-    def _note_undecodable(self, connection: Connection, error: Exception) -> None:
-        self.undecodable[connection.topic] += 1
-        if self.undecodable[connection.topic] == 1:
+    def _note_undecodable(self, topic: str, error: Exception) -> None:
+        self.undecodable[topic] += 1
+        if self.undecodable[topic] == 1:
             LOG.warning('%s: a message on %s is no %s (%s); it and others like it are left out',
-                        self.path, connection.topic, connection.msgtype, error)
+                        self.path, topic, self.topics[topic].msgtype, error)
 
 
-def _storage_files(folder: Path) -> list[Path]:
-    return sorted(path for path in folder.iterdir() if path.suffix in MAGIC)
-
-
-def _open_file(path: Path) -> BagFile:
-    """Open one file, as torn when rosbags refuses it."""
-    magic = MAGIC.get(path.suffix)
-    if magic is None:
-        raise DepthPersonError(f'{path} is no rosbag: not a folder, nor an .mcap or .db3 file')
-    try:
-        with path.open('rb') as file:
-            head = file.read(len(magic))
-    except OSError as error:
-        raise DepthPersonError(f'bag {path} cannot be read: {error}') from error
-    if head != magic:
-        fault = 'is empty' if not head else f'does not begin like an {path.suffix} file'
-        raise DepthPersonError(f'bag {path} {fault}; record it again')
-    try:
-        return WholeBag(path)
-    except Exception as refusal:  # of any type: rosbags parses what may be anything
-        LOG.info('%s is read as torn: %s', path, refusal)
-    try:
-        return TornMcap(path) if path.suffix == '.mcap' else TornSqlite(path)
-    except sqlite3.DatabaseError as error:
-        raise DepthPersonError(f'nothing in bag {path} can be read: {error}') from error
-
-
-def _types_for(connections: Iterable[Connection]) -> Typestore:
-    """Return Jazzy's message types, with those added that only the bag defines."""
-    store = get_typestore(Stores.ROS2_JAZZY)
-    for connection in connections:
-        definition = connection.msgdef
-        if connection.msgtype in store.types or definition.format != MessageDefinitionFormat.MSG:
-            continue
-        try:
-            found = get_types_from_msg(definition.data, connection.msgtype)
-            store.register({name: fields for name, fields in found.items()
-                            if name not in store.types})
-        except TypesysError as error:
-            LOG.warning('the definition of %s cannot be parsed: %s', connection.msgtype, error)
-    return store
+def _topic(connection: Connection) -> Topic:
+    extra = connection.ext
+    qos = extra.offered_qos_profiles if isinstance(extra, ConnectionExtRosbag2) else ()
+    return Topic(
+        connection.topic, connection.msgtype, connection.msgcount, tuple(qos), connection.msgdef,
+        connection.digest)

@@ -22,7 +22,11 @@ class BagFile(Protocol):
     """
 
     connections: list[Connection]
-    damage: str | None
+
+    @property
+    def damage(self) -> str | None:
+        """What cannot be read."""
+        ...
 
     def messages(self, connections: Collection[Connection]) -> Iterator[Record]:
         """Yield the messages of some connections; ends early at damage."""

@@ -1,22 +1,19 @@
 """What every source of frames gives."""
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 import re
-from types import TracebackType
-from typing import TypeVar
 
 from depth_person.camera.frame import Frame
+from depth_person.closing import Closing
 from depth_person.errors import DepthPersonError
-
-S = TypeVar('S', bound='Source')
 
 
 class SourceLost(DepthPersonError):  # noqa: N818 - a loss, named in the interface
     """A source has stopped that should have gone on: a stream lost, a file torn."""
 
 
-class Source(ABC):
+class Source(Closing):
     """
     Where frames come from; a context manager that closes on leaving.
 
@@ -41,15 +38,6 @@ class Source(ABC):
     @abstractmethod
     def close(self) -> None:
         """Stop reading; a second call does nothing."""
-
-    def __enter__(self: S) -> S:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
-        self.close()
 
 
 def mask_password(url: str) -> str:

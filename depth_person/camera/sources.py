@@ -7,7 +7,7 @@ from pathlib import Path
 import time
 from urllib.parse import unquote, urlsplit
 
-from depth_person.camera.bag import is_bag
+from depth_person.camera.bag_open import is_bag
 from depth_person.camera.bag_source import BagSource
 from depth_person.camera.folder import ImageFolder
 from depth_person.camera.live import open_device, open_stream

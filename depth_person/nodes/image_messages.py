@@ -2,7 +2,6 @@
 from __future__ import annotations
 
 from array import array
-from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -10,9 +9,10 @@ from numpy.typing import NDArray
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 from std_msgs.msg import Header
 
-from depth_person.camera.encodings import decode_compressed, to_bgr
 from depth_person.camera.frame import Frame
 from depth_person.camera.intrinsics import Intrinsics
+from depth_person.camera.message_fields import calibration, picture
+from depth_person.camera.message_fields import stamp_ns as stamp_ns
 
 NANOSECONDS = 1_000_000_000
 
@@ -22,11 +22,6 @@ def header(*, stamp_ns: int, frame_id: str) -> Header:
     result = Header(frame_id=frame_id)
     result.stamp.sec, result.stamp.nanosec = divmod(stamp_ns, NANOSECONDS)
     return result
-
-
-def stamp_ns(message_header: Header) -> int:
-    """Return the stamp of a header in nanoseconds."""
-    return message_header.stamp.sec * NANOSECONDS + message_header.stamp.nanosec
 
 
 def byte_array(data: NDArray[np.generic]) -> array[int]:
@@ -81,25 +76,9 @@ def decode_camera_info(message: CameraInfo) -> Intrinsics | None:
     """
     Return the intrinsics of the raw images that come with a CameraInfo; None if uncalibrated.
 
-    K belongs to the full resolution; the images are what a region of interest and binning leave
-    of it (REP 104).
-
     :raises DepthPersonError: when the values cannot belong to a camera, NaN for one.
     """
-    intrinsics = Intrinsics.from_camera_info_fields(
-        message.width, message.height, message.distortion_model, d=message.d, k=message.k)
-    if intrinsics is None:
-        return None
-    roi = message.roi
-    if roi.width and roi.height:
-        intrinsics = replace(
-            intrinsics, width=roi.width, height=roi.height, cx=intrinsics.cx - roi.x_offset,
-            cy=intrinsics.cy - roi.y_offset)
-    binning_x, binning_y = max(message.binning_x, 1), max(message.binning_y, 1)
-    if binning_x == binning_y == 1:
-        return intrinsics
-    return intrinsics.scaled(
-        width=intrinsics.width // binning_x, height=intrinsics.height // binning_y)
+    return calibration(message)
 
 
 def decode_image(message: Image | CompressedImage) -> Frame:
@@ -108,13 +87,7 @@ def decode_image(message: Image | CompressedImage) -> Frame:
 
     :raises DepthPersonError: when the message holds no picture.
     """
-    if isinstance(message, CompressedImage):
-        image = decode_compressed(message.data, message.format)
-    else:
-        image = to_bgr(
-            message.data, encoding=message.encoding, height=message.height, width=message.width,
-            step=message.step, is_bigendian=bool(message.is_bigendian))
-    return Frame(image, stamp_ns(message.header), message.header.frame_id)
+    return Frame(picture(message), stamp_ns(message.header), message.header.frame_id)
 
 
 def image_size(message: Image | CompressedImage) -> tuple[int, int]:
@@ -125,5 +98,5 @@ def image_size(message: Image | CompressedImage) -> tuple[int, int]:
     """
     if isinstance(message, Image):
         return message.width, message.height
-    height, width = decode_compressed(message.data, message.format).shape[:2]
+    height, width = picture(message).shape[:2]
     return width, height

@@ -4,7 +4,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from types import TracebackType
 from typing import Any, TypeVar
 
 from rosbags.interfaces import Connection, Qos
@@ -12,6 +11,7 @@ from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, W
 from rosbags.typesys.store import Typestore
 
 from depth_person.camera.bag import BagReader, jazzy_types, Topic
+from depth_person.closing import Closing
 from depth_person.errors import DepthPersonError
 
 __all__ = ['BagReader', 'BagWriter', 'Topic', 'jazzy_types']
@@ -19,7 +19,7 @@ __all__ = ['BagReader', 'BagWriter', 'Topic', 'jazzy_types']
 T = TypeVar('T')
 
 
-class BagWriter:
+class BagWriter(Closing):
     """
     Writes a rosbag2: a folder with metadata.yaml and one chunked MCAP file.
 
@@ -92,15 +92,6 @@ class BagWriter:
                 self._run(self._writer.close)
             finally:
                 self._thread.shutdown()
-
-    def __enter__(self) -> BagWriter:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
-        self.close()
 
     def _run(self, action: Callable[[], T]) -> T:
         """Run an action of the writer in its thread."""
