@@ -34,6 +34,8 @@ def _template() -> _Array:
 TEMPLATE = _template()
 # Below this length, metres of the template, two directions are one for rounding's sake.
 _TINY = 1e-9
+_QUARTER_TURN = np.array([-1.0, 1.0])  # of a vector (y, x)
+_UPRIGHT = np.array([0.0, 1.0])
 # View rays farther than this from a person's centre (cosine) do not belong to the person.
 _WIDEST = 0.2
 
@@ -98,9 +100,12 @@ def _turn_to(direction: _Array) -> _Array:
     """Return the smallest rotations (n, 3, 3) that bring directions (n, 3) onto the z axis."""
     x, y, z = (direction / np.sqrt((direction ** 2).sum(axis=-1, keepdims=True))).T
     c = 1 / (1 + z)
-    return np.stack([1 - c * x * x, -c * x * y, -x,
-                     -c * x * y, 1 - c * y * y, -y,
-                     x, y, z], axis=-1).reshape(-1, 3, 3)
+    rotation = np.empty((len(direction), 3, 3))
+    rotation[:, 0, 0], rotation[:, 1, 1], rotation[:, 2, 2] = 1 - c * x * x, 1 - c * y * y, z
+    rotation[:, 0, 1] = rotation[:, 1, 0] = -c * x * y
+    rotation[:, 2, 0], rotation[:, 2, 1] = x, y
+    rotation[:, :2, 2] = -rotation[:, 2, :2]
+    return rotation
 
 
 def _roll(points: _Array, template: _Array, known: NDArray[np.bool_]) -> _Array:
@@ -114,9 +119,11 @@ def _roll(points: _Array, template: _Array, known: NDArray[np.bool_]) -> _Array:
     both = known[:, LEFT] & known[:, RIGHT]
     width = np.where(both, TEMPLATE[LEFT, 0], 0.0)[..., None]
     across = (width * (points[:, LEFT] - points[:, RIGHT])).sum(axis=1)
-    square = np.stack([-across[:, 1], across[:, 0]], axis=-1)
-    square *= np.where((down * square).sum(axis=-1) < 0, -1.0, 1.0)[:, None]
-    down = down + 0.5 * square
-    length = np.sqrt((down ** 2).sum(axis=-1, keepdims=True))
-    x, y = np.where(length > _TINY, down / length, [0.0, 1.0]).T
-    return np.stack([y, -x, x, y], axis=-1).reshape(-1, 2, 2)
+    square = across[:, ::-1] * _QUARTER_TURN
+    along = down[:, 0] * square[:, 0] + down[:, 1] * square[:, 1]
+    down = down + np.where(along < 0, -0.5, 0.5)[:, None] * square
+    length = np.hypot(down[:, 0], down[:, 1])[:, None]
+    x, y = np.where(length > _TINY, down / length, _UPRIGHT).T
+    roll = np.empty((len(down), 2, 2))
+    roll[:, 0, 0], roll[:, 0, 1], roll[:, 1, 0], roll[:, 1, 1] = y, -x, x, y
+    return roll

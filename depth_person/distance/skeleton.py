@@ -33,6 +33,7 @@ SHARING_KEYPOINTS = 8
 #: Body and ground that differ by more sigmas contradict each other: the ground is left out.
 CONTRADICTION = 3.0
 
+_LOG_RANGES = np.log(RANGES)
 _SHOULDERS = [Keypoint.R_SHOULDER, Keypoint.L_SHOULDER]
 # Keypoints nearer than this, pixels, are one marked twice.
 _SAME_PLACE = 1e-3
@@ -112,8 +113,9 @@ def _usable(people: People) -> NDArray[np.bool_]:
     if not people.neck_measured:
         known[:, Keypoint.NECK] = False
     with np.errstate(invalid='ignore', over='ignore'):
-        pixels = np.where(known, keypoints[..., 0] + 1j * keypoints[..., 1], np.nan)
-        same = np.abs(pixels[:, :, None] - pixels[:, None]) < _SAME_PLACE
+        pixels = np.where(known, keypoints[..., :2].transpose(2, 0, 1), np.nan)
+        u, v = pixels[:, :, :, None] - pixels[:, :, None]
+        same = u * u + v * v < _SAME_PLACE ** 2
     return known & ~(same & _EARLIER).any(axis=2)
 
 
@@ -149,6 +151,8 @@ def _fused(
     body: _Array, body_sigma: _Array, ground: _Array, ground_sigma: _Array,
 ) -> tuple[_Array, _Array, NDArray[np.uint8]]:
     """Return log-range, its spread and the cues: the body, and the ground where it agrees."""
+    if np.isnan(ground).all():
+        return body, body_sigma, np.full(len(body), Cue.SKELETON, np.uint8)
     with np.errstate(invalid='ignore'):
         agree = np.abs(body - ground) <= CONTRADICTION * np.hypot(body_sigma, ground_sigma)
     weight = np.where(agree, body_sigma ** 2 / (body_sigma ** 2 + ground_sigma ** 2), 0.0)
@@ -161,15 +165,17 @@ def _reasons(
     view: Canonical, lifted: Lifted, log_range: _Array, gravity: _Array,
 ) -> NDArray[np.uint8]:
     """Return (n,) why a person has no range."""
-    down = (view.rotation @ gravity[..., None])[..., 0]
+    down = view.rotation[:, 1] @ gravity[0]
     with np.errstate(invalid='ignore'):
         squares = (view.points ** 2).sum(axis=2)
+        count = view.known.sum(axis=1)
         stray = ((squares.max(axis=1) > LARGEST_SHARE * squares.sum(axis=1))
-                 & (view.known.sum(axis=1) >= SHARING_KEYPOINTS))
-        few = (view.known.sum(axis=1) < FEWEST_KEYPOINTS) | ~np.isfinite(log_range)
-        outside = (log_range < np.log(RANGES[0])) | (log_range > np.log(RANGES[1]))
-        return np.select(
-            [few, stray | (down[:, 1] < UPSIDE_DOWN),
-             ~(lifted.log_sigma <= LARGEST_SPREAD), outside],
-            [Reason.TOO_FEW_KEYPOINTS, Reason.IMPLAUSIBLE_SKELETON,
-             Reason.TOO_FEW_KEYPOINTS, Reason.OUT_OF_RANGE], Reason.NONE).astype(np.uint8)
+                 & (count >= SHARING_KEYPOINTS))
+        few = (count < FEWEST_KEYPOINTS) | ~np.isfinite(log_range)
+        outside = (log_range < _LOG_RANGES[0]) | (log_range > _LOG_RANGES[1])
+        reasons = np.full(len(count), Reason.NONE, np.uint8)
+        reasons[outside] = Reason.OUT_OF_RANGE
+        reasons[~(lifted.log_sigma <= LARGEST_SPREAD)] = Reason.TOO_FEW_KEYPOINTS
+        reasons[stray | (down < UPSIDE_DOWN)] = Reason.IMPLAUSIBLE_SKELETON
+        reasons[few] = Reason.TOO_FEW_KEYPOINTS
+        return reasons
