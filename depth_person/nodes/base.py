@@ -6,38 +6,37 @@ from dataclasses import replace
 import time
 from typing import Any, Generic, TypeVar
 
-from diagnostic_msgs.msg import DiagnosticArray
-from rclpy.clock import Clock
-from rclpy.clock_type import ClockType
 from rclpy.duration import Duration
 from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
-from rclpy.node import Node
+from rclpy.lifecycle import LifecycleState
+from rclpy.lifecycle import TransitionCallbackReturn as Outcome
 from rclpy.parameter import Parameter
 from rclpy.publisher import Publisher
+from rclpy.qos import QoSProfile
 from rclpy.subscription import Subscription
 
-from depth_person.nodes.monitor import Level, Monitor
+from depth_person.nodes.diagnostics_output import DiagnosticsOutput
+from depth_person.nodes.lifecycle import ManagedNode, ManagedPublisher
+from depth_person.nodes.monitor import Level
 from depth_person.nodes.qos import mismatches, overridable, publisher_profile, sensor_profile
 from depth_person.nodes.ros_parameters import declare, given_parameters, watch
 from depth_person.nodes.traffic import Traffic
-from depth_person.nodes.worker import Worker
+from depth_person.settings.node import NodeSettings
 from depth_person.settings.parameter import ParameterValue, specs
 from depth_person.settings.table import unknown_parameter
 
-_DIAGNOSTICS_PERIOD_S = 1.0
 #: How long a closing node waits for slow subscribers.
 _FAREWELL_S = 1.0
 
-Settings = TypeVar('Settings')
+Settings = TypeVar('Settings', bound=NodeSettings)
 
 
-class StageNode(Node, Generic[Settings]):
+class StageNode(ManagedNode, Generic[Settings]):
     """
-    A node with checked parameters, QoS that can be overridden, and diagnostics.
+    A lifecycle node with checked parameters, QoS that can be overridden, and diagnostics.
 
     :ivar settings: the parameters in force; replaced as a whole when one is set, so a thread
         that reads it once sees one state.
-    :ivar monitor: what the diagnostics say.
     :param overrides: parameters that come before those of files and the command line.
     :raises DepthPersonError: when a parameter is out of range or of a wrong type.
     """
@@ -50,22 +49,17 @@ class StageNode(Node, Generic[Settings]):
             name, automatically_declare_parameters_from_overrides=True,
             parameter_overrides=[
                 Parameter(key, value=value) for key, value in (overrides or {}).items()])
-        self.monitor = Monitor(self._log)
-        self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 1)
         self._offered: list[Publisher] = []
         self._traffic: dict[Subscription, Traffic] = {}
-        self._workers: list[Worker] = []
+        self._handed_over: list[Traffic] = []
         table = specs(settings)
         self._given = given_parameters(self)
         for key in self._given:
             if wrong := unknown_parameter(key, table):
-                self.monitor.fault(f'parameter {key}', Level.WARN, wrong)
-        self.settings = settings(**declare(self, table, self._given))
+                self.monitor.fault(f'parameter {key}', Level.WARN, wrong, lasting=True)
+        self.settings = settings(**declare(self, table, self._given))  # type: ignore[arg-type]
         watch(self, table, try_out=self._with, commit=self._commit)
-        # Wall time: with use_sim_time and no /clock there is something to report, too.
-        self.create_timer(
-            _DIAGNOSTICS_PERIOD_S, self._publish_diagnostics,
-            clock=Clock(clock_type=ClockType.STEADY_TIME))
+        DiagnosticsOutput(self, self.monitor, check=self._check)
 
     @property
     def now_ns(self) -> int:
@@ -77,71 +71,88 @@ class StageNode(Node, Generic[Settings]):
         """Whether there is nothing left to do; a node that only listens never is."""
         return False
 
-    def work(self, name: str, target: Callable[[], None]) -> Worker:
-        """Return a thread that runs beside the executor from start to close."""
-        worker = Worker(name, target)
-        self._workers.append(worker)
-        return worker
-
     def start(self) -> None:
-        """Start the threads."""
-        for key in self._given:
+        """
+        Configure and activate the node, unless someone else is to do that.
+
+        :raises DepthPersonError: when it cannot be configured.
+        """
+        if self.settings.autostart:
+            self.bring_up()
+
+    def on_configure(self, state: LifecycleState) -> Outcome:
+        """Configure, and report QoS parameters that nothing has asked for."""
+        result = super().on_configure(state)
+        for key in self._given if result == Outcome.SUCCESS else ():
             if key.startswith('qos_overrides.') and not self.has_parameter(key):
                 self.monitor.fault(
                     f'parameter {key}', Level.WARN,
                     f'{key} has no effect: {self.get_name()} has no such publisher or '
-                    'subscription, or not that policy')
-        for worker in self._workers:
-            worker.start()
+                    'subscription, or not that policy', lasting=True)
+        return result
 
-    def raise_failure(self) -> None:
-        """Raise what ended a thread before its time."""
-        for worker in self._workers:
-            if worker.failure is not None:
-                raise worker.failure
+    def on_activate(self, state: LifecycleState) -> Outcome:
+        """Activate; topics may be silent from now on, not from when they were last heard."""
+        for traffic in (*self._traffic.values(), *self._handed_over):
+            traffic.restart()
+        return super().on_activate(state)
+
+    def cleanup(self) -> None:
+        """Forget the topics."""
+        self._offered.clear()
+        self._traffic.clear()
+        self._handed_over.clear()
 
     def close(self) -> None:
         """Stop the threads, and let what has been published go out."""
-        for worker in self._workers:
-            if not worker.stop():
-                self.get_logger().warning(f'the thread {worker.name} does not end; leaving it')
+        self.stop_jobs()
         deadline = time.monotonic() + _FAREWELL_S
         for publisher in self._offered if self.context.ok() else ():
             left_s = max(deadline - time.monotonic(), 0.0)
             publisher.wait_for_all_acked(Duration(seconds=left_s))
 
     def settings_changed(self) -> None:
-        """Take the changed settings over."""
+        """Take the changed settings over; called once configured."""
 
     def advertise(self, message_type: type, topic: str) -> Publisher:
-        """Return a publisher with the package's profile, unless parameters override it."""
+        """
+        Return a publisher that is silent while the node is not active.
+
+        It has the package's profile, unless parameters override it.
+        """
         events = PublisherEventCallbacks(incompatible_qos=lambda _: self._check_qos())
         publisher = self.create_publisher(
             message_type, topic, publisher_profile(), event_callbacks=events,
-            qos_overriding_options=overridable())
+            qos_overriding_options=overridable(), publisher_class=ManagedPublisher)
+        self.add_managed_entity(publisher)
         self._offered.append(publisher)
         return publisher
 
     def listen(
         self, message_type: type, topic: str, callback: Callable[[Any], None], *,
-        optional: bool = False,
+        optional: bool = False, while_inactive: bool = False,
+        profile: QoSProfile | None = None,
     ) -> Subscription:
         """
         Return a subscription with the package's profile, unless parameters override it.
 
         :param optional: whether silence on the topic is not worth a report.
+        :param while_inactive: whether messages are taken while the node is inactive, too: those
+            that stay true until the next one.
+        :param profile: in the place of the package's.
         """
         traffic = Traffic(self.resolve_topic_name(topic), self.monitor, optional=optional)
 
         def receive(message: Any) -> None:
             traffic.receive()
-            callback(message)
+            if self.active or while_inactive:
+                callback(message)
 
         events = SubscriptionEventCallbacks(
             incompatible_qos=lambda _: self._check_qos(),
             message_lost=lambda event: traffic.lose(event.total_count_change))
         subscription = self.create_subscription(
-            message_type, topic, receive, sensor_profile(), event_callbacks=events,
+            message_type, topic, receive, profile or sensor_profile(), event_callbacks=events,
             qos_overriding_options=overridable())
         self._traffic[subscription] = traffic
         return subscription
@@ -152,12 +163,19 @@ class StageNode(Node, Generic[Settings]):
         self.monitor.clear(_qos_key(subscription))
         self.destroy_subscription(subscription)
 
+    def expect(self, what: str) -> Traffic:
+        """Return the traffic of what is handed over in memory; silence is reported."""
+        traffic = Traffic(what, self.monitor)
+        self._handed_over.append(traffic)
+        return traffic
+
     def _with(self, changed: Mapping[str, ParameterValue]) -> Settings:
-        return replace(self.settings, **changed)  # type: ignore[type-var]
+        return replace(self.settings, **changed)  # type: ignore[arg-type]
 
     def _commit(self, changed: Mapping[str, ParameterValue]) -> None:
         self.settings = self._with(changed)
-        self.settings_changed()
+        if self.configured:
+            self.settings_changed()
 
     def _check_qos(self) -> None:
         for endpoint in (*self._offered, *self._traffic):
@@ -167,21 +185,14 @@ class StageNode(Node, Generic[Settings]):
             else:
                 self.monitor.clear(key)
 
-    def _publish_diagnostics(self) -> None:
+    def _check(self) -> None:
         self._check_qos()
+        if not self.active:
+            return
         for subscription, traffic in self._traffic.items():
             traffic.check(publishers=self.count_publishers(subscription.topic_name))
-        message = DiagnosticArray()
-        message.header.stamp = self.get_clock().now().to_msg()
-        name = self.get_fully_qualified_name().lstrip('/')
-        message.status = [self.monitor.status(name)]
-        self._diagnostics.publish(message)
-
-    def _log(self, level: Level, message: str) -> None:
-        if level == Level.ERROR:
-            self.get_logger().error(message)
-        else:
-            self.get_logger().warning(message)
+        for traffic in self._handed_over:
+            traffic.check()
 
 
 def _qos_key(endpoint: Publisher | Subscription) -> str:

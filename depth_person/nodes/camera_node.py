@@ -37,8 +37,8 @@ class CameraNode(StageNode[CameraSettings]):
 
     :param deliver: takes every frame in memory before it is published.
     :param has_subscribers: whether anyone awaits what comes of frames delivered in memory.
-    :raises DepthPersonError: when parameters are wrong, or a recording or calibration cannot be
-        opened; a live source may come later.
+    :raises DepthPersonError: when parameters are wrong. A calibration that cannot be read keeps
+        it from being configured; a recording that cannot, ends it; a live source may come later.
     """
 
     def __init__(
@@ -47,13 +47,17 @@ class CameraNode(StageNode[CameraSettings]):
         has_subscribers: Callable[[], bool] = lambda: False,
     ) -> None:
         super().__init__('camera_node', CameraSettings, overrides=overrides)
+        self._deliver = deliver
+        self._has_subscribers = has_subscribers
+        self._ended = threading.Event()
+
+    def configure(self) -> None:
+        """Make the topics, and look at what is to be read."""
         settings = self.settings
         if not settings.source:
             raise DepthPersonError(
                 'no source is given; set the parameter source to a video file, a folder of '
                 'images, a device such as /dev/video0, a stream URL or a bag')
-        self._deliver = deliver
-        self._has_subscribers = has_subscribers
         self._blur = settings.blur_kernel()
         self._calibration: Intrinsics | None = None
         if settings.camera_info_url:
@@ -61,23 +65,19 @@ class CameraNode(StageNode[CameraSettings]):
         self._image = self.advertise(Image, 'image_raw')
         self._compressed = self.advertise(CompressedImage, 'image_raw/compressed')
         self._camera_info = self.advertise(CameraInfo, 'camera_info')
-        worker = self.work('camera', self._run)
-        self._stopping = worker.stopping
-        self._reader = FrameReader(
-            self._open_source, live=is_live(settings.source), monitor=self.monitor,
-            stopping=worker.stopping,
-            on_clock=self._make_clock() if settings.publish_clock else None)
-        self._ended = threading.Event()
+        self._on_clock = self._make_clock() if settings.publish_clock else None
+        self._reader: FrameReader | None = None
+        self.work('camera', self._run)
+
+    def deactivate(self) -> None:
+        """End the wait for the next frame, and let go of a live source."""
+        if self._reader is not None:
+            self._reader.interrupt()
 
     @property
     def finished(self) -> bool:
         """Whether the source has ended and its last frame has been published."""
         return self._ended.is_set()
-
-    def close(self) -> None:
-        """End the wait for the next frame, then what all nodes end."""
-        self._reader.interrupt()
-        super().close()
 
     def _open_source(self) -> Source:
         settings = self.settings
@@ -86,16 +86,21 @@ class CameraNode(StageNode[CameraSettings]):
             loop=settings.loop, image_topic=settings.image_topic or None,
             clock=lambda: self.now_ns, timeout_s=settings.timeout)
 
-    def _run(self) -> None:
+    def _run(self, stopping: threading.Event) -> None:
+        """Read from the source's present, or a recording's first frame, until told to stop."""
+        self._reader = FrameReader(
+            self._open_source, live=is_live(self.settings.source), monitor=self.monitor,
+            stopping=stopping, on_clock=self._on_clock)
         if self.settings.wait_for_subscribers:
-            self._wait_for_subscribers()
+            self._wait_for_subscribers(stopping)
         for frame in self._reader.frames():
             self._publish(self._calibrated(self._sharpened(frame)))
-        self._ended.set()
+        if not stopping.is_set():
+            self._ended.set()
 
-    def _wait_for_subscribers(self) -> None:
+    def _wait_for_subscribers(self, stopping: threading.Event) -> None:
         count, since_s = 0, time.monotonic()
-        while not self._stopping.wait(0.05):
+        while not stopping.wait(0.05):
             now_s, before = time.monotonic(), count
             count = (self._image.get_subscription_count()
                      + self._compressed.get_subscription_count() + self._has_subscribers())

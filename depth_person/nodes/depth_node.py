@@ -14,6 +14,7 @@ from depth_person.distance.stage import DistanceStage
 from depth_person.distance.tracked import TrackedPeople
 from depth_person.errors import DepthPersonError
 from depth_person.nodes.attitude_input import AttitudeInput
+from depth_person.nodes.autopilot_outputs import AutopilotOutputs
 from depth_person.nodes.base import StageNode
 from depth_person.nodes.calibration_input import CalibrationInput
 from depth_person.nodes.cloud_messages import decode_people, encode_distances
@@ -29,7 +30,7 @@ from depth_person.settings.parameter import ParameterValue
 
 class DepthNode(StageNode[DepthSettings]):
     """
-    Publishes person_depth (markers), person_depth/people (numbers) and the overlay.
+    Publishes person_depth (markers), its people (numbers), scan, nearest, target and overlay.
 
     :param listen: whether keypoints come over a topic; otherwise `take` is called with them.
     :raises DepthPersonError: when parameters are wrong.
@@ -39,10 +40,15 @@ class DepthNode(StageNode[DepthSettings]):
         self, *, overrides: Mapping[str, ParameterValue] | None = None, listen: bool = True,
     ) -> None:
         super().__init__('depth_node', DepthSettings, overrides=overrides)
+        self._listen = listen
+
+    def configure(self) -> None:
+        """Make the distance stage and the topics."""
         self.settings_changed()
         self._markers = self.advertise(MarkerArray, 'person_depth')
         self._people = self.advertise(PointCloud2, 'person_depth/people')
         self._overlay = OverlayOutput(self)
+        self._autopilot = AutopilotOutputs(self)
         self._images = ImageInput(
             self, self._on_image, compressed=self.settings.compressed, optional=True)
         self._calibration = CalibrationInput(
@@ -50,32 +56,37 @@ class DepthNode(StageNode[DepthSettings]):
         self._attitude = AttitudeInput(self.monitor, topic=self.resolve_topic_name('imu'))
         if self.settings.attitude == 'imu':
             self.listen(Imu, 'imu', self._attitude.take)
-        if listen:
-            self.listen(CameraInfo, 'camera_info', self._on_camera_info)
+        if not self._listen:
+            self._handed_over_people = self.expect('pose_node')
+        else:
+            self.listen(CameraInfo, 'camera_info', self._on_camera_info, while_inactive=True)
             self.listen(PointCloud2, 'person_keypoints', self._on_keypoints)
             self._images.open()  # one image tells the resolution that camera_info must have
 
     @property
     def has_subscribers(self) -> bool:
         """Whether anyone awaits the results."""
-        return self._overlay.wanted or any(
-            publisher.get_subscription_count() for publisher in (self._markers, self._people))
+        return self.active and (self._overlay.wanted or self._autopilot.wanted or any(
+            publisher.get_subscription_count() for publisher in (self._markers, self._people)))
 
     def settings_changed(self) -> None:
         """Compute with the new settings from the next frame on."""
         self._stage = DistanceStage(self.settings.distance_options())
 
+    def activate(self) -> None:
+        """Forget the people of before."""
+        self.settings_changed()
+        self._overlay.forget()
+
     def take(self, frame: Frame, people: People) -> None:
         """Measure the people of a frame that is handed over in memory."""
+        if not self.active:
+            return
+        self._handed_over_people.receive()
         image_header = header(stamp_ns=frame.stamp_ns, frame_id=frame.frame_id)
         result = self._measure(people, image_header, frame.intrinsics)
         if self._overlay.wanted:
             self._overlay.draw(frame, result)
-
-    def close(self) -> None:
-        """Stop drawing, then what all nodes stop."""
-        self._overlay.close()
-        super().close()
 
     def _on_camera_info(self, message: CameraInfo) -> None:
         if self._calibration.take(message):
@@ -120,6 +131,8 @@ class DepthNode(StageNode[DepthSettings]):
         tracked = self._stage.measure(people, intrinsics, mounting, stamp_ns=image_stamp_ns)
         self._people.publish(encode_distances(tracked, image_header))
         self._markers.publish(encode_markers(tracked, image_header, intrinsics))
+        self._autopilot.publish(
+            tracked, image_header, intrinsics, mounting, self.settings.camera_on_body())
         self.monitor.frame()
         self.monitor.count('people', len(tracked))
         self.monitor.count('people without range', int((~tracked.distances.known).sum()))

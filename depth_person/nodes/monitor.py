@@ -20,11 +20,15 @@ _ABSURD_LATENCY_S = 60.0
 
 
 class Level(Enum):
-    """Levels of diagnostic_msgs/DiagnosticStatus, in order of how bad they are."""
+    """
+    Levels of diagnostic_msgs/DiagnosticStatus, in order of how bad they are.
+
+    STALE is for who collects diagnostics and no longer hears of a node (REP 107); a node that
+    lacks its input says ERROR.
+    """
 
     OK = DiagnosticStatus.OK
     WARN = DiagnosticStatus.WARN
-    STALE = DiagnosticStatus.STALE
     ERROR = DiagnosticStatus.ERROR
 
     @property
@@ -40,11 +44,13 @@ class Monitor:
     :param log: takes a level and a message; called at most once a second for each fault, and
         once in ten seconds for one that stays as it is.
     :param clock: monotonic seconds.
+    :ivar on_change: called when a fault comes, goes or changes in more than its numbers.
     """
 
     def __init__(
         self, log: Callable[[Level, str], None], *, clock: Callable[[], float] = time.monotonic,
     ) -> None:
+        self.on_change: Callable[[], None] = lambda: None
         self._log = log
         self._clock = clock
         self._lock = threading.Lock()
@@ -53,6 +59,8 @@ class Monitor:
         self._samples: dict[str, deque[float]] = {}
         self._ticks: deque[float] = deque(maxlen=_WINDOW)
         self._faults: dict[str, tuple[Level, str]] = {}
+        self._lasting: set[str] = set()
+        self._state = (Level.OK, '')
         self._logged: dict[str, tuple[float, str]] = {}
 
     def count(self, name: str, number: int = 1) -> None:
@@ -94,28 +102,58 @@ class Monitor:
                 f'not known: the clock is {seconds:.0f} s past the stamps; play a recording with '
                 "publish_clock and use_sim_time, or set the camera's clock")
 
-    def fault(self, key: str, level: Level, message: str) -> None:
-        """Report a fault that stays until it is cleared; log it unless that has just been done."""
-        now = self._clock()
+    def set_state(self, level: Level, message: str) -> None:
+        """Say what the node as a whole is up to, where it is not simply running."""
         with self._lock:
+            changed = self._state != (level, message)
+            self._state = (level, message)
+        if changed:
+            self.on_change()
+
+    def fault(self, key: str, level: Level, message: str, *, lasting: bool = False) -> None:
+        """
+        Report a fault that stays until it is cleared; log it unless that has just been done.
+
+        :param lasting: whether `forget` leaves it.
+        """
+        now = self._clock()
+        kind = re.sub(r'\d+', '#', message)  # one that only counts on is not new
+        with self._lock:
+            before_level, before = self._faults.get(key, (None, ''))
+            changed = (level, kind) != (before_level, re.sub(r'\d+', '#', before))
             self._faults[key] = (level, message)
-            kind = re.sub(r'\d+', '#', message)  # one that only counts on is not new
+            if lasting:
+                self._lasting.add(key)
             logged_at, logged = self._logged.get(key, (float('-inf'), ''))
             due = now - logged_at >= (_LOG_PERIOD_S if kind == logged else _LOG_MIN_PERIOD_S)
             if due:
                 self._logged[key] = (now, kind)
         if due:
             self._log(level, message)
+        if changed:
+            self.on_change()
 
     def clear(self, key: str) -> None:
         """Take a fault back."""
         with self._lock:
-            self._faults.pop(key, None)
+            changed = self._faults.pop(key, None) is not None
+        if changed:
+            self.on_change()
+
+    def forget(self) -> None:
+        """Take all faults back but the lasting ones: what they were of has been stopped."""
+        with self._lock:
+            self._faults = {
+                key: fault for key, fault in self._faults.items() if key in self._lasting}
+            self._ticks.clear()
+            self._samples.clear()
+        self.on_change()
 
     def status(self, name: str) -> DiagnosticStatus:
         """Return the state as a message: the worst fault first, then all the figures."""
         with self._lock:
-            faults = sorted(self._faults.values(), key=lambda fault: -fault[0].rank)
+            told = [fault for fault in (self._state, *self._faults.values()) if fault[1]]
+            faults = sorted(told, key=lambda fault: -fault[0].rank)
             level, _ = faults[0] if faults else (Level.OK, '')
             figures = {**self._rate(), **self._times(), **self._values, **self._counts}
         return DiagnosticStatus(

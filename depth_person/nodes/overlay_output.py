@@ -30,8 +30,8 @@ class OverlayOutput:
         self._publisher = node.advertise(CompressedImage, 'person_depth/image/compressed')
         self._images: dict[int, Image | CompressedImage] = {}
         self._results: dict[int, TrackedPeople] = {}
-        self._mailbox: Mailbox[tuple[Frame | Image | CompressedImage, TrackedPeople]] = Mailbox()
-        node.work('overlay', self._run)
+        self._mailbox: Mailbox[tuple[Frame | Image | CompressedImage, TrackedPeople]] = (
+            node.consume('overlay', self._publish_or_report))
 
     @property
     def wanted(self) -> bool:
@@ -57,18 +57,15 @@ class OverlayOutput:
         self._images.clear()
         self._results.clear()
 
-    def close(self) -> None:
-        """Let the thread end."""
-        self._mailbox.close()
-
-    def _run(self) -> None:
-        while (pair := self._mailbox.take()) is not None:
-            try:
-                self._publish(*pair)
-            except DepthPersonError as error:
-                self._node.monitor.fault('overlay', Level.WARN, f'no overlay: {error}')
-            else:
-                self._node.monitor.clear('overlay')
+    def _publish_or_report(
+        self, pair: tuple[Frame | Image | CompressedImage, TrackedPeople],
+    ) -> None:
+        try:
+            self._publish(*pair)
+        except DepthPersonError as error:
+            self._node.monitor.fault('overlay', Level.WARN, f'no overlay: {error}')
+        else:
+            self._node.monitor.clear('overlay')
 
     def _match(self, stamp: int) -> None:
         if stamp in self._images and stamp in self._results:

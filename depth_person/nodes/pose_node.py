@@ -29,7 +29,8 @@ class PoseNode(StageNode[PoseSettings]):
 
     :param deliver: takes every frame and its people in memory.
     :param listen: whether images come over a topic; otherwise `take` is called with frames.
-    :raises DepthPersonError: when parameters are wrong, or the model is not installed.
+    :raises DepthPersonError: when parameters are wrong. A model that is not installed keeps it
+        from being configured.
     """
 
     def __init__(
@@ -37,44 +38,56 @@ class PoseNode(StageNode[PoseSettings]):
         deliver: Callable[[Frame, People], None] | None = None, listen: bool = True,
     ) -> None:
         super().__init__('pose_node', PoseSettings, overrides=overrides)
-        self._estimator = PoseEstimator(self.settings.pose_options())
         self._deliver = deliver
-        self._mailbox: Mailbox[Frame | Image | CompressedImage] = Mailbox()
-        self._keypoints = self.advertise(PointCloud2, 'person_keypoints')
-        if listen:
-            ImageInput(self, self.take, compressed=self.settings.compressed).open()
-        self.work('pose', self._run)
+        self._listen = listen
 
-    def take(self, image: Frame | Image | CompressedImage) -> None:
-        """Leave a frame for the network; what it has not got to is dropped for a newer one."""
+    def configure(self) -> None:
+        """Load the network, and make the topics."""
+        self._estimator = PoseEstimator(self.settings.pose_options())
+        self._keypoints = self.advertise(PointCloud2, 'person_keypoints')
+        self._mailbox: Mailbox[Frame | Image | CompressedImage] = self.consume(
+            'pose', self._process)
+        if self._listen:
+            ImageInput(self, self._take, compressed=self.settings.compressed).open()
+        else:
+            self._handed_over_frames = self.expect('camera_node')
+
+    def take(self, frame: Frame) -> None:
+        """Take a frame that is handed over in memory."""
+        if self.active:
+            self._handed_over_frames.receive()
+            self._take(frame)
+
+    def _take(self, image: Frame | Image | CompressedImage) -> None:
+        """Leave an image for the network; what it has not got to is dropped for a newer one."""
         if self._mailbox.put(image):
             self.monitor.count('dropped frames')
 
     def close(self) -> None:
         """Finish the last frame, then stop."""
         deadline = time.monotonic() + _DRAIN_S
-        while not self._mailbox.idle and time.monotonic() < deadline:
+        while self.active and not self._mailbox.idle and time.monotonic() < deadline:
             time.sleep(0.01)
-        self._mailbox.close()
         super().close()
 
-    def _run(self) -> None:
-        while (image := self._mailbox.take()) is not None:
-            started = time.monotonic()
-            try:
-                frame = image if isinstance(image, Frame) else decode_image(image)
-                people = self._estimator.estimate(frame)
-            except DepthPersonError as error:
-                self.monitor.count('bad images')
-                self.monitor.fault('image', Level.ERROR, str(error))
-                continue
-            self.monitor.clear('image')
-            image_header = header(stamp_ns=frame.stamp_ns, frame_id=frame.frame_id)
-            self._keypoints.publish(encode_people(people, image_header))
-            self.monitor.frame()
-            self.monitor.count('people', len(people))
-            self.monitor.sample('inference', self._estimator.inference_s)
-            self.monitor.sample('processing', time.monotonic() - started)
-            self.monitor.latency(stamp_ns=frame.stamp_ns, now_ns=self.now_ns)
-            if self._deliver is not None:
-                self._deliver(frame, people)
+    def _process(self, image: Frame | Image | CompressedImage) -> None:
+        started = time.monotonic()
+        try:
+            frame = image if isinstance(image, Frame) else decode_image(image)
+            people = self._estimator.estimate(frame)
+        except DepthPersonError as error:
+            self.monitor.count('bad images')
+            self.monitor.fault('image', Level.ERROR, str(error))
+            return
+        if not self.active:
+            return
+        self.monitor.clear('image')
+        image_header = header(stamp_ns=frame.stamp_ns, frame_id=frame.frame_id)
+        self._keypoints.publish(encode_people(people, image_header))
+        self.monitor.frame()
+        self.monitor.count('people', len(people))
+        self.monitor.sample('inference', self._estimator.inference_s)
+        self.monitor.sample('processing', time.monotonic() - started)
+        self.monitor.latency(stamp_ns=frame.stamp_ns, now_ns=self.now_ns)
+        if self._deliver is not None:
+            self._deliver(frame, people)

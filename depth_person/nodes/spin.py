@@ -41,7 +41,8 @@ def run_nodes(
             for node in nodes:
                 executor.add_node(node)
                 node.start()
-                node.get_logger().info(f'{node.get_name()} is up')
+                node.get_logger().info(
+                    f'{node.get_name()} is up{"" if node.active else ", and unconfigured"}')
             while not stop.is_set() and not any(node.finished for node in nodes):
                 executor.spin_once(timeout_sec=_POLL_S)
                 for node in nodes:

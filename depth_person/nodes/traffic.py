@@ -13,13 +13,13 @@ _LOSS = 0.1
 
 class Traffic:
     """
-    Counts the messages of one topic.
+    Counts the messages of one topic, or what is handed over in memory.
 
-    :param topic: its full name.
+    :param topic: its full name, or of what it takes the place.
     :param optional: whether silence is not reported.
     """
 
-    def __init__(self, topic: str, monitor: Monitor, *, optional: bool) -> None:
+    def __init__(self, topic: str, monitor: Monitor, *, optional: bool = False) -> None:
         self._topic = topic
         self._optional = optional
         self._monitor = monitor
@@ -37,14 +37,23 @@ class Traffic:
         self._lost += number
         self._monitor.count(f'lost on {self._topic}', number)
 
-    def check(self, *, publishers: int) -> None:
-        """Report silence and losses since the last call."""
+    def restart(self) -> None:
+        """Count silence from now on."""
+        self._newest_s = time.monotonic()
+
+    def check(self, *, publishers: int | None = None) -> None:
+        """
+        Report silence and losses since the last call.
+
+        :param publishers: how many the topic has; None where there is no topic.
+        """
         silent_s = time.monotonic() - self._newest_s
         received, lost = self._received, self._lost
         self._received = self._lost = 0
         if silent_s > _SILENCE_S and not self._optional:
             self._monitor.fault(
-                self._key('silence'), Level.STALE,
+                self._key('silence'), Level.ERROR,
+                f'nothing came from {self._topic} for {silent_s:.0f} s' if publishers is None else
                 f'no message on {self._topic} for {silent_s:.0f} s; it has {publishers} '
                 'publishers')
         else:

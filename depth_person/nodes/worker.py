@@ -22,8 +22,10 @@ class Mailbox(Generic[Item]):
         self._closed = False
 
     def put(self, item: Item) -> bool:
-        """Leave an item; return whether an older one was dropped for it."""
+        """Leave an item, unless closed; return whether an older one was dropped for it."""
         with self._changed:
+            if self._closed:
+                return False
             dropped = self._item is not None
             self._item = item
             self._changed.notify()
@@ -36,13 +38,19 @@ class Mailbox(Generic[Item]):
             self._changed.wait_for(lambda: self._closed or self._item is not None)
             self._taker_waits = False
             item, self._item = self._item, None
-            return None if self._closed else item
+            return item
 
     def close(self) -> None:
-        """Wake whoever waits, with nothing."""
+        """Drop what is in it, and wake whoever waits, with nothing."""
         with self._changed:
             self._closed = True
+            self._item = None
             self._changed.notify_all()
+
+    def open(self) -> None:
+        """Take items again after having been closed."""
+        with self._changed:
+            self._closed = False
 
     @property
     def idle(self) -> bool:
@@ -55,10 +63,10 @@ class Worker:
     """
     A thread that is told to stop, and whose failure is not lost.
 
-    :param target: called once in the thread; returns when `stopping` is set.
+    :param target: called once in the thread, with the event `stopping`; returns when it is set.
     """
 
-    def __init__(self, name: str, target: Callable[[], None]) -> None:
+    def __init__(self, name: str, target: Callable[[threading.Event], None]) -> None:
         self.name = name
         self.stopping = threading.Event()
         self.failure: BaseException | None = None
@@ -78,6 +86,6 @@ class Worker:
 
     def _run(self) -> None:
         try:
-            self._target()
+            self._target(self.stopping)
         except BaseException as failure:
             self.failure = failure

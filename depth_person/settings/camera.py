@@ -7,11 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depth_person.camera.deblur import motion_kernel
+from depth_person.settings.node import NodeSettings
 from depth_person.settings.parameter import parameter
 
 
 @dataclass(frozen=True)
-class CameraSettings:
+class CameraSettings(NodeSettings):
     """
     The parameters of camera_node.
 

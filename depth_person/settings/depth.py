@@ -3,16 +3,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from depth_person.autopilot.choice import checked_choice
 from depth_person.distance.conventions import CONVENTIONS
 from depth_person.distance.estimator import Body
 from depth_person.distance.estimators import ESTIMATORS
 from depth_person.distance.shoulder import ShoulderEstimator
 from depth_person.distance.stage import DistanceOptions
+from depth_person.settings.node import NodeSettings
 from depth_person.settings.parameter import parameter
+from depth_person.settings.vehicle import MountingSettings, ScanSettings
 
 
 @dataclass(frozen=True)
-class DepthSettings:
+class DepthSettings(ScanSettings, MountingSettings, NodeSettings):
     """
     The parameters of depth_node.
 
@@ -41,12 +44,6 @@ class DepthSettings:
         'unknown', "Where the camera's attitude comes from: `fixed`, the parameters alone; "
         '`imu`, the topic imu and how the camera is mounted on that body.',
         choices=('unknown', 'fixed', 'imu'))
-    camera_pitch: float = parameter(
-        0.0, "How far the camera looks down, degrees from level or from the body's forward.",
-        minimum=-90.0, maximum=90.0, read_only=False)
-    camera_roll: float = parameter(
-        0.0, 'How far the camera is rolled clockwise, seen from behind, degrees.',
-        minimum=-180.0, maximum=180.0, read_only=False)
     attitude_sigma: float = parameter(
         1.0, 'Standard deviation of the attitude, degrees.', minimum=0.01, maximum=30.0,
         read_only=False)
@@ -60,6 +57,9 @@ class DepthSettings:
     max_range: float = parameter(
         100.0, 'Who is further away than this has no range, metres.', minimum=1.0,
         maximum=1000.0, read_only=False)
+    target: str = parameter(
+        'nearest', 'Who is person_depth/target: `nearest`, `center` (nearest to the middle of the '
+        'image), a track id, or empty for nobody.', read_only=False)
     compressed: bool = parameter(
         False, 'Take image_raw/compressed (CompressedImage) for the overlay instead of '
         'image_raw.')
@@ -69,6 +69,8 @@ class DepthSettings:
 
     def __post_init__(self) -> None:
         self.distance_options()
+        self.scan_options()
+        checked_choice(self.target)
 
     def distance_options(self) -> DistanceOptions:
         """Return what the distance stage is told."""

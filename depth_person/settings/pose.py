@@ -4,11 +4,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from depth_person.pose.pipeline import PoseOptions
+from depth_person.settings.node import NodeSettings
 from depth_person.settings.parameter import parameter
 
 
 @dataclass(frozen=True)
-class PoseSettings:
+class PoseSettings(NodeSettings):
     """The parameters of pose_node."""
 
     model: str = parameter(

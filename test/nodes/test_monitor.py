@@ -38,12 +38,12 @@ def test_a_node_without_faults_is_running(harness):
 def test_the_worst_fault_comes_first_and_gives_the_level(harness):
     harness.monitor.fault('a', Level.WARN, 'slow')
     harness.monitor.fault('b', Level.ERROR, 'broken')
-    harness.monitor.fault('c', Level.STALE, 'silent')
+    harness.monitor.fault('c', Level.WARN, 'dark')
     status = harness.monitor.status('n')
     assert (status.level, status.message) == (
-        DiagnosticStatus.ERROR, 'broken; silent; slow')
+        DiagnosticStatus.ERROR, 'broken; slow; dark')
     harness.monitor.clear('b')
-    assert harness.monitor.status('n').level == DiagnosticStatus.STALE
+    assert harness.monitor.status('n').level == DiagnosticStatus.WARN
     harness.monitor.clear('a')
     harness.monitor.clear('c')
     harness.monitor.clear('c')

@@ -65,7 +65,7 @@ def test_the_defaults_of_pose_node_are_those_of_the_pose_stage():
     ('use_sim_time', DepthSettings, ''),
     ('qos_overrides./image_raw.publisher.depth', CameraSettings, ''),
     ('shoulderwidth', DepthSettings, 'did you mean shoulder_width?'),
-    ('xyz', PoseSettings, 'it takes model, input_size'),
+    ('xyz', PoseSettings, 'it takes autostart, model'),
 ])
 def test_a_name_that_no_node_knows_is_called_out(given, settings, said):
     wrong = unknown_parameter(given, specs(settings))

@@ -26,11 +26,22 @@ def test_closing_wakes_who_waits():
     assert mailbox.take() is None
 
 
+def test_a_closed_mailbox_drops_what_it_holds_and_what_comes_until_it_is_opened():
+    mailbox = Mailbox()
+    mailbox.put('old')
+    mailbox.close()
+    assert not mailbox.put('refused')
+    assert mailbox.take() is None
+    mailbox.open()
+    mailbox.put('new')
+    assert mailbox.take() == 'new'
+
+
 def test_a_mailbox_is_idle_when_its_taker_is_back_for_more():
     mailbox = Mailbox()
     working, done = threading.Event(), threading.Event()
 
-    def take_all():
+    def take_all(_):
         while mailbox.take() is not None:
             working.set()
             done.wait()
@@ -49,7 +60,7 @@ def test_a_mailbox_is_idle_when_its_taker_is_back_for_more():
 
 
 def test_a_failure_in_a_thread_is_kept():
-    def fail():
+    def fail(_):
         raise ValueError('no')
 
     worker = Worker('failing', fail)
@@ -61,7 +72,7 @@ def test_a_failure_in_a_thread_is_kept():
 
 def test_a_thread_that_does_not_stop_is_said_not_to():
     release = threading.Event()
-    worker = Worker('stubborn', release.wait)
+    worker = Worker('stubborn', lambda _: release.wait())
     worker.start()
     assert not worker.stop(timeout_s=0.1)
     assert worker.stopping.is_set()
