@@ -62,8 +62,8 @@ class AutopilotOutputs:
         self._publish_nearest(tracked, image_header, intrinsics)
         if camera is None:
             self._withhold(
-                'no person_depth/scan and no person_depth/target: where the camera is on the vehicle '
-                'is not known')
+                'no person_depth/scan and no person_depth/target: where the camera is on the '
+                'vehicle is not known')
             return
         self._publish_target(tracked, image_header, intrinsics, camera)
         settings = self._node.settings
