@@ -13,6 +13,10 @@ class SourceLost(DepthPersonError):  # noqa: N818 - a loss, named in the interfa
     """A source has stopped that should have gone on: a stream lost, a file torn."""
 
 
+class SourceUnusable(DepthPersonError):  # noqa: N818 - a state, as SourceLost
+    """A source that no waiting brings: no camera, no permission, wrong credentials."""
+
+
 class Source(Closing):
     """
     Where frames come from; a context manager that closes on leaving.
@@ -41,8 +45,10 @@ class Source(Closing):
 
 
 def mask_password(url: str) -> str:
-    """Return a URL with its passwords replaced by ***."""
-    # Up to the last @, since passwords may hold @ and / without being quoted.
-    url = re.sub(r'(://[^:/@]*):.*@', r'\1:***@', url)
-    return re.sub(r'(?i)([?&][^=&]*(?:pass|pwd|token|key|auth|secret)[^=&]*)=[^&#]*',
+    """Return a URL, or a GStreamer pipeline with URLs, with its passwords replaced by ***."""
+    # Up to the last @ (in a pipeline, of a word), since passwords may hold @ and / without being
+    # quoted; with fewer slashes too, since a URL that is mistyped is shown in a message.
+    password = r'\S*' if ' ! ' in url else '.*'
+    url = re.sub(rf'(://|:/|^|[\s="\'])([^:/@\s]*):(?!/){password}@', r'\1\2:***@', url)
+    return re.sub(r'(?i)((?:[?&\s;]|^)[\w-]*(?:pass|pwd|pw|token|key|auth|secret)[\w-]*)=[^&#\s]*',
                   r'\1=***', url)

@@ -14,10 +14,10 @@ from depth_person.camera.deblur import wiener_deblur
 from depth_person.camera.frame import Frame
 from depth_person.camera.intrinsics import Intrinsics
 from depth_person.camera.source import Source
-from depth_person.camera.sources import open_source
+from depth_person.camera.sources import is_live, open_source
 from depth_person.errors import DepthPersonError
 from depth_person.nodes.base import StageNode
-from depth_person.nodes.frame_reader import FrameReader, is_live
+from depth_person.nodes.frame_reader import FrameReader
 from depth_person.nodes.image_messages import encode_camera_info, encode_image, encode_jpeg, header
 from depth_person.nodes.monitor import Level
 from depth_person.settings.camera import CameraSettings

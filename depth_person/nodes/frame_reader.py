@@ -6,24 +6,16 @@ import threading
 import time
 
 from depth_person.camera.frame import Frame
-from depth_person.camera.source import Source
-from depth_person.camera.sources import STREAM_SCHEMES
+from depth_person.camera.source import Source, SourceUnusable
 from depth_person.errors import DepthPersonError
 from depth_person.nodes.monitor import Level, Monitor
 
-_FIRST_DELAY_S = 1.0
-_LONGEST_DELAY_S = 10.0
+_FIRST_DELAY_S = 0.5
+_LONGEST_DELAY_S = 8.0
 #: How often /clock is published between two frames.
 _CLOCK_PERIOD_S = 0.025
 #: Who is later than this, seconds, goes on from now instead of catching up.
 _LATEST_S = 1.0
-
-
-def is_live(spec: str) -> bool:
-    """Return whether a source is a device or a stream: one that may still come."""
-    spec = spec.strip()
-    return (spec.isdecimal() or spec.startswith('/dev/')
-            or spec.partition('://')[0] in STREAM_SCHEMES)
 
 
 class FrameReader:
@@ -51,7 +43,8 @@ class FrameReader:
         """
         Yield every frame when its time has come.
 
-        :raises DepthPersonError: when a recording gives no frame at all; a torn one just ends.
+        :raises DepthPersonError: when a recording gives no frame at all, or no waiting brings a
+            live source; a torn recording just ends.
         """
         delay_s = _FIRST_DELAY_S
         started = False
@@ -73,14 +66,15 @@ class FrameReader:
                         yield frame
                 return
             except DepthPersonError as error:
-                if not self._live and not started:
+                hopeless = not self._live or isinstance(error, SourceUnusable)
+                if hopeless and not started:
                     raise
                 if not self._live:
                     self._monitor.fault('source', Level.ERROR, str(error))
                     return
                 self._monitor.count('reconnects')
                 self._monitor.fault(
-                    'source', Level.ERROR, f'{error}; trying again in {delay_s:.0f} s')
+                    'source', Level.ERROR, f'{error}; trying again in {delay_s:g} s')
             self._stopping.wait(delay_s)
             delay_s = min(2 * delay_s, _LONGEST_DELAY_S)
 

@@ -5,7 +5,7 @@ import cv2
 import numpy as np
 import pytest
 
-from depth_person.camera.sources import open_source, SourceLost
+from depth_person.camera.sources import is_live, open_source, SourceLost
 from depth_person.errors import DepthPersonError
 
 FPS = 25.0
@@ -209,7 +209,7 @@ def test_what_is_no_source_is_refused(spec, message):
 
 
 def test_a_device_that_is_no_camera_is_refused_without_noise(capfd):
-    with pytest.raises(DepthPersonError, match='/dev/null gives no video'):
+    with pytest.raises(DepthPersonError, match='/dev/null is no camera'):
         open_source('/dev/null')
 
     assert capfd.readouterr().err == ''
@@ -219,3 +219,13 @@ def test_a_device_that_is_no_camera_is_refused_without_noise(capfd):
 def test_an_impossible_rate_is_refused(tmp_path, fps):
     with pytest.raises(DepthPersonError, match='frames a second'):
         open_source(str(write_images(tmp_path / 'images', 1)), fps=fps)
+
+
+@pytest.mark.parametrize(('spec', 'live'), [
+    ('/dev/video0', True), ('/dev/null', True), ('0', True), ('rtsp://host/path', True),
+    ('udp://@:5000', True), ('RTSP://host/path', True), ('http://host/mjpeg', True), ('cam.sdp', True),
+    ('test://', True), ('v4l2src ! videoconvert ! appsink', True), ('http://host/a.mp4?x=1', False),
+    ('flight.mp4', False), ('/data/bag', False), ('file:///data/flight.mp4', False),
+    ('gopher://host', False), ('', False)])
+def test_devices_and_streams_may_come_later(spec, live):
+    assert is_live(spec) == live

@@ -11,17 +11,17 @@ import pytest
 from depth_person.camera.live import LiveSource
 from depth_person.camera.source import mask_password
 from depth_person.camera.sources import open_source, SourceLost
+from depth_person.camera.stamps import ArrivalStamps
 from depth_person.errors import DepthPersonError
 
 
 class FakeCamera:
     """A driver that gives frames as it is told to, and then blocks or ends."""
 
-    def __init__(self, then='block'):
+    def __init__(self):
         self.given = threading.Semaphore(0)
         self.index = -1
         self.released = threading.Event()
-        self._then = then
         self._last = threading.Event()
 
     def give(self, count=1):
@@ -39,6 +39,9 @@ class FakeCamera:
     def retrieve(self):
         return True, np.full((4, 4, 3), self.index, np.uint8)
 
+    def get(self, prop):
+        return 0.0
+
     def release(self):
         self.released.set()
 
@@ -52,7 +55,8 @@ def camera():
 
 def open_fake(camera, timeout_s=0.2, **options):
     return LiveSource(camera, description='camera fake', frame_id='optical',
-                      clock=options.get('clock', time.time_ns), timeout_s=timeout_s)
+                      clock=options.get('clock', time.time_ns), timeout_s=timeout_s,
+                      stamps=ArrivalStamps())
 
 
 def wait_until(condition):

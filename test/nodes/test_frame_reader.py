@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from depth_person.camera.frame import Frame
-from depth_person.camera.source import Source, SourceLost
+from depth_person.camera.source import Source, SourceLost, SourceUnusable
 from depth_person.errors import DepthPersonError
 from depth_person.nodes import frame_reader
-from depth_person.nodes.frame_reader import FrameReader, is_live
+from depth_person.nodes.frame_reader import FrameReader
 from depth_person.nodes.monitor import Monitor
 
 IMAGE = np.zeros((2, 2, 3), np.uint8)
@@ -133,9 +133,11 @@ def test_an_interrupted_wait_for_the_next_frame_ends_at_once():
     assert time.monotonic() - started < 1.0
 
 
-@pytest.mark.parametrize(('spec', 'live'), [
-    ('/dev/video0', True), ('0', True), ('rtsp://host/path', True), ('udp://@:5000', True),
-    ('flight.mp4', False), ('/data/bag', False), ('file:///data/flight.mp4', False),
-    ('gopher://host', False), ('', False)])
-def test_devices_and_streams_may_come_later(spec, live):
-    assert is_live(spec) == live
+def test_a_camera_that_no_waiting_brings_is_an_error_unless_it_has_worked(quick):
+    with pytest.raises(DepthPersonError, match='no permission'):
+        Harness(SourceUnusable('no permission'), live=True).stamps_ms()
+
+    worked = ListSource([0], fault=SourceLost('lost'), live=True)
+    harness = Harness(
+        worked, SourceUnusable('no permission'), ListSource([7], live=True), live=True)
+    assert harness.stamps_ms() == [0, 7]
