@@ -5,19 +5,15 @@ from collections.abc import Iterator
 from dataclasses import replace
 import logging
 from pathlib import Path
-from typing import Any
 
 from depth_person.camera.bag import BagReader
-from depth_person.camera.encodings import decode_compressed, to_bgr
+from depth_person.camera.bag_frames import FrameMaker
+from depth_person.camera.bag_topics import choose_image_topic, choose_info_topic
 from depth_person.camera.frame import Frame
-from depth_person.camera.intrinsics import Intrinsics
 from depth_person.camera.source import Source, SourceLost
 from depth_person.errors import DepthPersonError
 
 LOG = logging.getLogger(__name__)
-IMAGE = 'sensor_msgs/msg/Image'
-COMPRESSED_IMAGE = 'sensor_msgs/msg/CompressedImage'
-CAMERA_INFO = 'sensor_msgs/msg/CameraInfo'
 
 
 class BagSource(Source):
@@ -31,7 +27,6 @@ class BagSource(Source):
     :param frame_id: for images that name none.
     :param loop: start over at the end, with stamps that go on.
     :ivar skipped: how many images could not be read.
-    :ivar bad_camera_infos: how many CameraInfo messages could not be used.
     :raises DepthPersonError: when the bag has no such images, or several topics of them.
     """
 
@@ -40,19 +35,28 @@ class BagSource(Source):
     ) -> None:
         self.description = f'bag {path}'
         self.skipped = 0
-        self.bad_camera_infos = 0
         self._first_fault = ''
-        self._frame_id = frame_id
         self._loop = loop
         self._reader = BagReader(path)
         try:
-            self._image_topic = self._choose_image_topic(image_topic)
-            self._info_topic = self._choose_info_topic()
-            self._intrinsics = self._first_intrinsics()
+            topics, damage = self._reader.topics, self._reader.damage
+            where = f'{self.description} ({damage})' if damage else self.description
+            self._image_topic = choose_image_topic(
+                topics, image_topic, where=where, option='image_topic')
+            self._info_topic = choose_info_topic(
+                topics, None, image_topic=self._image_topic, where=where)
+            self._maker = FrameMaker(
+                self.description, info_topic=self._info_topic, frame_id=frame_id)
+            self._take_first_camera_info()
         except BaseException:
             self._reader.close()
             raise
         self._frames: Iterator[Frame] = self._read_all()
+
+    @property
+    def bad_camera_infos(self) -> int:
+        """How many CameraInfo messages could not be used."""
+        return self._maker.bad_camera_infos
 
     def read(self) -> Frame | None:
         """Return the next image that can be read; None at the end of the bag."""
@@ -86,10 +90,10 @@ class BagSource(Source):
         topics = [self._image_topic, *filter(None, [self._info_topic])]
         for topic, time_ns, message in self._reader.messages(topics):
             if topic == self._info_topic:
-                self._intrinsics = self._to_intrinsics(message)
+                self._maker.take_camera_info(message)
                 continue
             try:
-                yield self._to_frame(message, time_ns)
+                yield self._maker.frame(message, time_ns)
             except DepthPersonError as error:
                 self._skip(error)
 
@@ -100,80 +104,14 @@ class BagSource(Source):
             LOG.warning('%s: an image on %s is left out, as will be others like it: %s',
                         self.description, self._image_topic, error)
 
-    def _to_frame(self, message: Any, time_ns: int) -> Frame:
-        if message.__msgtype__ == IMAGE:
-            image = to_bgr(
-                message.data, encoding=message.encoding, height=message.height,
-                width=message.width, step=message.step, is_bigendian=bool(message.is_bigendian))
-        else:
-            image = decode_compressed(message.data, message.format)
-        stamp = message.header.stamp
-        stamp_ns = stamp.sec * 10**9 + stamp.nanosec
-        intrinsics = self._intrinsics
-        if intrinsics is not None and not intrinsics.fits(image):
-            self._note_misfit(intrinsics, image.shape)
-            intrinsics = None
-        # A stamp of zero is none: the time of recording is the nearest to it.
-        return Frame(image, stamp_ns or time_ns, message.header.frame_id or self._frame_id,
-                     intrinsics)
-
-    def _choose_image_topic(self, wanted: str | None) -> str:
-        candidates = self._reader.topics_of_type(IMAGE, COMPRESSED_IMAGE)
-        listed = ', '.join(
-            f'{name} ({self._reader.topics[name].msgtype})' for name in candidates)
-        if wanted is not None:
-            wanted = '/' + wanted.lstrip('/')
-            if wanted not in candidates:
-                raise DepthPersonError(
-                    f'{self.description} has no image topic {wanted}; it has {listed or "none"}')
-            return wanted
-        if not candidates:
-            raise DepthPersonError(
-                f'{self.description} has no topic of type {IMAGE} or {COMPRESSED_IMAGE}; it has '
-                f'{", ".join(self._reader.topics) or self._reader.damage or "no topics"}')
-        if len(candidates) > 1:
-            raise DepthPersonError(
-                f'{self.description} has several image topics; choose by image_topic: {listed}')
-        return candidates[0]
-
-    def _choose_info_topic(self) -> str | None:
-        """Return the camera_info beside the images, or else the only one, or None."""
-        camera = self._image_topic.removesuffix('/compressed').rpartition('/')[0]
-        candidates = self._reader.topics_of_type(CAMERA_INFO)
-        if f'{camera}/camera_info' in candidates:
-            return f'{camera}/camera_info'
-        if len(candidates) == 1:
-            return candidates[0]
-        LOG.warning('%s has %s CameraInfo for %s: its images are uncalibrated', self.description,
-                    'no single' if candidates else 'no', self._image_topic)
-        return None
-
-    def _first_intrinsics(self) -> Intrinsics | None:
-        """Return what the first CameraInfo says, which may come later than the first images."""
+    def _take_first_camera_info(self) -> None:
+        """Take what the first CameraInfo says, which may come later than the first images."""
         if self._info_topic is None:
-            return None
+            LOG.warning('%s has no single CameraInfo for %s: its images are uncalibrated',
+                        self.description, self._image_topic)
+            return
         for _, _, message in self._reader.messages([self._info_topic]):
-            return self._to_intrinsics(message)
+            self._maker.take_camera_info(message)
+            return
         LOG.warning('%s holds no message on %s: its images are uncalibrated',
                     self.description, self._info_topic)
-        return None
-
-    def _to_intrinsics(self, message: Any) -> Intrinsics | None:
-        """Return the intrinsics of a CameraInfo; None, and counted, when they are faulty."""
-        try:
-            return Intrinsics.from_camera_info_fields(
-                message.width, message.height, message.distortion_model, message.d, message.k)
-        except DepthPersonError as error:
-            self.bad_camera_infos += 1
-            if self.bad_camera_infos == 1:
-                LOG.warning('%s: a CameraInfo on %s cannot be used: %s',
-                            self.description, self._info_topic, error)
-            return None
-
-    def _note_misfit(self, intrinsics: Intrinsics, shape: tuple[int, ...]) -> None:
-        self.bad_camera_infos += 1
-        if self.bad_camera_infos == 1:
-            LOG.warning(
-                '%s: images of %dx%d px, but %s is for %dx%d px: they are taken as uncalibrated',
-                self.description, shape[1], shape[0], self._info_topic, intrinsics.width,
-                intrinsics.height)
