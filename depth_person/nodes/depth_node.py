@@ -23,6 +23,7 @@ from depth_person.nodes.image_messages import header, image_size, stamp_ns
 from depth_person.nodes.marker_messages import encode_markers
 from depth_person.nodes.monitor import Level
 from depth_person.nodes.overlay_output import OverlayOutput
+from depth_person.nodes.watchdog import Age, Watchdog
 from depth_person.pose.people import People
 from depth_person.settings.depth import DepthSettings
 from depth_person.settings.parameter import ParameterValue
@@ -41,10 +42,11 @@ class DepthNode(StageNode[DepthSettings]):
     ) -> None:
         super().__init__('depth_node', DepthSettings, overrides=overrides)
         self._listen = listen
+        self._watchdog = Watchdog(self.monitor)
 
     def configure(self) -> None:
         """Make the distance stage and the topics."""
-        self.settings_changed()
+        self._stage = DistanceStage(self.settings.distance_options())
         self._markers = self.advertise(MarkerArray, 'person_depth')
         self._people = self.advertise(PointCloud2, 'person_depth/people')
         self._overlay = OverlayOutput(self)
@@ -71,11 +73,13 @@ class DepthNode(StageNode[DepthSettings]):
 
     def settings_changed(self) -> None:
         """Compute with the new settings from the next frame on."""
-        self._stage = DistanceStage(self.settings.distance_options())
+        options = self.settings.distance_options()
+        if options != self._stage.options:  # which forgets everybody
+            self._stage = DistanceStage(options)
 
     def activate(self) -> None:
         """Forget the people of before."""
-        self.settings_changed()
+        self._stage = DistanceStage(self.settings.distance_options())
         self._overlay.forget()
 
     def take(self, frame: Frame, people: People) -> None:
@@ -85,7 +89,7 @@ class DepthNode(StageNode[DepthSettings]):
         self._handed_over_people.receive()
         image_header = header(stamp_ns=frame.stamp_ns, frame_id=frame.frame_id)
         result = self._measure(people, image_header, frame.intrinsics)
-        if self._overlay.wanted:
+        if result is not None and self._overlay.wanted:
             self._overlay.draw(frame, result)
 
     def _on_camera_info(self, message: CameraInfo) -> None:
@@ -115,6 +119,8 @@ class DepthNode(StageNode[DepthSettings]):
         self.monitor.clear('keypoints')
         intrinsics = self._calibration.intrinsics_for(message.header.frame_id)
         result = self._measure(people, message.header, intrinsics)
+        if result is None:
+            return
         if self._overlay.wanted:
             self._images.open()
             self._overlay.take_result(result, stamp_ns=stamp_ns(message.header))
@@ -123,18 +129,24 @@ class DepthNode(StageNode[DepthSettings]):
 
     def _measure(
         self, people: People, image_header: Header, intrinsics: Intrinsics | None,
-    ) -> TrackedPeople:
-        """Publish how far the people of one image are."""
+    ) -> TrackedPeople | None:
+        """Publish how far the people of one image are; None if that came too late."""
         started = time.monotonic()
         image_stamp_ns = stamp_ns(image_header)
         mounting = self._attitude.mounting_at(image_stamp_ns, self.settings)
         tracked = self._stage.measure(people, intrinsics, mounting, stamp_ns=image_stamp_ns)
+        age = self._watchdog.judge(
+            stamp_ns=image_stamp_ns, now_ns=self.now_ns, max_age_s=self.settings.max_age)
+        if age is Age.STALE:
+            return None
         self._people.publish(encode_distances(tracked, image_header))
         self._markers.publish(encode_markers(tracked, image_header, intrinsics))
-        self._autopilot.publish(
-            tracked, image_header, intrinsics, mounting, self.settings.camera_on_body())
+        if age is Age.FRESH:  # whoever flies by it cannot see how old it is
+            self._autopilot.publish(
+                tracked, image_header, intrinsics, mounting, self.settings.camera_on_body())
         self.monitor.frame()
         self.monitor.count('people', len(tracked))
+        self.monitor.count('people predicted', int(tracked.predicted.sum()))
         self.monitor.count('people without range', int((~tracked.distances.known).sum()))
         self.monitor.sample('processing', time.monotonic() - started)
         self.monitor.latency(stamp_ns=image_stamp_ns, now_ns=self.now_ns)

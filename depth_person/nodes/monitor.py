@@ -16,7 +16,7 @@ _WINDOW = 300
 _LOG_PERIOD_S = 10.0
 _LOG_MIN_PERIOD_S = 1.0
 #: A stamp this far from the node's clock, seconds, belongs to another time.
-_ABSURD_LATENCY_S = 60.0
+ABSURD_AGE_S = 60.0
 
 
 class Level(Enum):
@@ -91,7 +91,7 @@ class Monitor:
         A stamp of another time, such as a bag's without sim time, is said to be one instead.
         """
         seconds = (now_ns - stamp_ns) * 1e-9
-        if abs(seconds) < _ABSURD_LATENCY_S:
+        if abs(seconds) < ABSURD_AGE_S:
             self.sample('latency', seconds)
             with self._lock:
                 self._values.pop('latency', None)

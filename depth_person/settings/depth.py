@@ -7,6 +7,7 @@ from depth_person.autopilot.choice import checked_choice
 from depth_person.distance.conventions import CONVENTIONS
 from depth_person.distance.estimator import Body
 from depth_person.distance.estimators import ESTIMATORS
+from depth_person.distance.following import FilterOptions
 from depth_person.distance.shoulder import ShoulderEstimator
 from depth_person.distance.stage import DistanceOptions
 from depth_person.settings.node import NodeSettings
@@ -54,12 +55,29 @@ class DepthSettings(ScanSettings, MountingSettings, NodeSettings):
     camera_height_sigma: float = parameter(
         0.1, 'Standard deviation of the height, metres.', minimum=0.001, maximum=50.0,
         read_only=False)
+    filter: bool = parameter(
+        True, 'Whether people are followed through time; otherwise each image is measured by '
+        'itself, nobody is predicted, and there are no velocities.', read_only=False)
+    prediction_time: float = parameter(
+        1.0, 'How long people are predicted who are hidden, seconds; then they are gone.',
+        minimum=0.0, maximum=10.0, read_only=False)
+    person_acceleration: float = parameter(
+        0.4, "By how much people change their velocity, m/s^2 by the root of a second: less is "
+        'smoother, more follows sooner.', minimum=0.01, maximum=10.0, read_only=False)
+    camera_acceleration: float = parameter(
+        0.3, 'The same of the camera, where its pose is not known; 0 for one that stands still.',
+        minimum=0.0, maximum=20.0, read_only=False)
     max_range: float = parameter(
         100.0, 'Who is further away than this has no range, metres.', minimum=1.0,
         maximum=1000.0, read_only=False)
     target: str = parameter(
         'nearest', 'Who is person_depth/target: `nearest`, `center` (nearest to the middle of the '
         'image), a track id, or empty for nobody.', read_only=False)
+    max_age: float = parameter(
+        0.4, 'What is older than this when it is about to be published, seconds from the stamp of '
+        'its image, is dropped; 0 for no limit. Where the clock cannot be that of the stamps '
+        '(more than a minute apart, or behind them), only what goes to autopilots is dropped.',
+        minimum=0.0, maximum=60.0, read_only=False)
     compressed: bool = parameter(
         False, 'Take image_raw/compressed (CompressedImage) for the overlay instead of '
         'image_raw.')
@@ -75,7 +93,14 @@ class DepthSettings(ScanSettings, MountingSettings, NodeSettings):
     def distance_options(self) -> DistanceOptions:
         """Return what the distance stage is told."""
         return DistanceOptions(
-            estimator=self.estimator, body=self.body(), max_range=self.max_range)
+            estimator=self.estimator, body=self.body(), max_range=self.max_range,
+            filter=self.filter_options() if self.filter else None)
+
+    def filter_options(self) -> FilterOptions:
+        """Return what the filter over time is told."""
+        return FilterOptions(
+            prediction_time=self.prediction_time, person_acceleration=self.person_acceleration,
+            camera_acceleration=self.camera_acceleration)
 
     def body(self) -> Body:
         """Return what is said of the people in view."""

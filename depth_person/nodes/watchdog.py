@@ -1,0 +1,54 @@
+"""Bounds the age of what is published: a result that comes too late does more harm than none."""
+from __future__ import annotations
+
+from enum import Enum
+
+from depth_person.nodes.monitor import ABSURD_AGE_S, Level, Monitor
+
+_FAULT = 'age'
+
+
+class Age(Enum):
+    """What the time from an image's stamp to now says of a result."""
+
+    FRESH = 'fresh'
+    STALE = 'stale'
+    UNKNOWN = 'unknown'
+
+
+class Watchdog:
+    """
+    Judges the age of each result just before it is published.
+
+    An age beyond a minute, or stamps ahead of the clock, are not a slow pipeline's: the camera's
+    clock is another, as with a bag that is played by the wall clock. Then the age is not known.
+    """
+
+    def __init__(self, monitor: Monitor) -> None:
+        self._monitor = monitor
+
+    def judge(self, *, stamp_ns: int, now_ns: int, max_age_s: float) -> Age:
+        """
+        Return what the age says; report and count what is not fresh.
+
+        :param max_age_s: who is older is stale; 0 for no limit, when everything is fresh.
+        """
+        age_s = (now_ns - stamp_ns) * 1e-9
+        if not max_age_s or -max_age_s <= age_s <= max_age_s:
+            self._monitor.clear(_FAULT)
+            return Age.FRESH
+        if max_age_s < age_s < ABSURD_AGE_S:
+            self._monitor.count('results dropped for their age')
+            self._monitor.fault(
+                _FAULT, Level.ERROR,
+                f'results are dropped: {age_s:.2f} s have passed since the image was taken, more '
+                f'than max_age ({max_age_s:g} s). Use a smaller input_size, check that the '
+                "camera's clock is this machine's, or set max_age")
+            return Age.STALE
+        self._monitor.count('results of unknown age')
+        self._monitor.fault(
+            _FAULT, Level.WARN,
+            f'the age of images is not known: the clock is {age_s:.0f} s past their stamps. '
+            'Nothing goes to autopilots; play a recording with publish_clock and use_sim_time, '
+            "set the camera's clock, or set max_age to 0 to do without a limit")
+        return Age.UNKNOWN

@@ -1,0 +1,84 @@
+"""The age of results: judged by hand-worked cases, and bounded in a running depth_node."""
+import time
+
+import pytest
+from sensor_msgs.msg import CameraInfo, LaserScan, PointCloud2
+from test_depth_node import camera_info, FACE_TO_FACE, keypoints, RELIABLE
+from visualization_msgs.msg import MarkerArray
+
+from depth_person.nodes.monitor import Level, Monitor
+from depth_person.nodes.watchdog import Age, Watchdog
+
+NOW = 1_700_000_000 * 10**9
+
+
+@pytest.mark.parametrize(('age_s', 'max_age_s', 'judged', 'level'), [
+    (0.0, 0.4, Age.FRESH, Level.OK),
+    (0.399, 0.4, Age.FRESH, Level.OK),
+    (0.401, 0.4, Age.STALE, Level.ERROR),
+    (59.0, 0.4, Age.STALE, Level.ERROR),
+    (61.0, 0.4, Age.UNKNOWN, Level.WARN),
+    (1e9, 0.4, Age.UNKNOWN, Level.WARN),
+    (-0.3, 0.4, Age.FRESH, Level.OK),  # clocks are never quite the same
+    (-0.5, 0.4, Age.UNKNOWN, Level.WARN),
+    (-1.7e9, 0.4, Age.UNKNOWN, Level.WARN),  # sim time before the first /clock
+    (30.0, 0.0, Age.FRESH, Level.OK),
+    (1e9, 0.0, Age.FRESH, Level.OK),
+])
+def test_an_age_is_judged(age_s, max_age_s, judged, level):
+    monitor = Monitor(lambda *_: None)
+    stamp_ns = NOW - round(age_s * 1e9)
+    assert Watchdog(monitor).judge(
+        stamp_ns=stamp_ns, now_ns=NOW, max_age_s=max_age_s) is judged
+    assert monitor.status('n').level == level.value
+
+
+def test_the_first_fresh_result_mends_it_and_the_count_stays():
+    monitor = Monitor(lambda *_: None)
+    watchdog = Watchdog(monitor)
+    for age_ms in (900, 900, 30):
+        watchdog.judge(stamp_ns=NOW - age_ms * 10**6, now_ns=NOW, max_age_s=0.4)
+    status = monitor.status('n')
+    assert status.message == 'running'
+    assert ('results dropped for their age', '2') in [
+        (pair.key, pair.value) for pair in status.values]
+
+
+class Harness:
+    """A depth_node, keypoints of any age, and what comes of them."""
+
+    def __init__(self, domain):
+        self.domain = domain
+        domain.start('depth_node', *RELIABLE)
+        self.outputs = {kind: domain.listen(kind, topic) for kind, topic in (
+            (PointCloud2, 'person_depth/people'), (MarkerArray, 'person_depth'),
+            (LaserScan, 'person_depth/scan'))}
+        infos = domain.publisher(CameraInfo, 'camera_info')
+        self.keypoints = domain.publisher(PointCloud2, 'person_keypoints')
+        infos.publish(camera_info())
+        domain.spin_for(0.5)
+
+    def send(self, age_s):
+        """Publish people in an image of this age; return the kinds of messages that come."""
+        cloud = keypoints(FACE_TO_FACE)
+        stamp_ns = time.time_ns() - round(age_s * 1e9)
+        cloud.header.stamp.sec, cloud.header.stamp.nanosec = divmod(stamp_ns, 10**9)
+        for messages in self.outputs.values():
+            messages.clear()
+        self.keypoints.publish(cloud)
+        self.domain.spin_for(0.5)
+        return {kind for kind, messages in self.outputs.items() if messages}
+
+
+def test_stale_results_are_dropped_and_those_of_another_clock_kept_from_autopilots(domain):
+    harness = Harness(domain)
+    everything = set(harness.outputs)
+    assert harness.send(0.0) == everything
+    assert harness.send(2.0) == set()
+    assert 'max_age' in domain.fault('depth_node', 'results are dropped').message
+    assert harness.send(1e6) == everything - {LaserScan}
+    domain.fault('depth_node', 'the age of images is not known')
+    assert harness.send(0.0) == everything
+    domain.status('depth_node', lambda status: 'past their stamps' not in status.message)
+    assert domain.set_parameter('depth_node', 'max_age', 0.0).successful
+    assert harness.send(2.0) == everything
