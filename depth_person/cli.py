@@ -17,6 +17,7 @@ VERBS = {
     'run': 'run camera, pose and depth in one process',
     'models': 'install and list pose networks',
     'evaluate': 'measure errors on a folder of frames with known distances',
+    'compare': 'say what moved between two bags of results',
     'train': 'repeat the training of the networks that the package ships',
     'validate': 'compare predicted distances in a table with the actual ones',
 }
