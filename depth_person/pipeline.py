@@ -1,6 +1,9 @@
 """The pose and distance stages of one camera as one object: a frame in, distances out."""
 from __future__ import annotations
 
+import numpy as np
+from numpy.typing import NDArray
+
 from depth_person.camera.frame import Frame
 from depth_person.distance.estimator import Mounting
 from depth_person.distance.stage import DistanceOptions, DistanceStage
@@ -38,6 +41,16 @@ class Pipeline:
     def find(self, frame: Frame) -> People:
         """Return the people in a frame, surest first."""
         return self._pose.estimate(frame)
+
+    def recall(self, frame: Frame, keypoints: NDArray[np.float32]) -> People:
+        """
+        Return the people that were found in a frame before, without the network.
+
+        What comes of later frames is the same as if they had been found now.
+
+        :param keypoints: (n, 18, 3) as `find` gave them.
+        """
+        return self._pose.recall(frame, keypoints)
 
     def measure(
         self, frame: Frame, people: People, mounting: Mounting = Mounting(), *,

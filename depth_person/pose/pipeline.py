@@ -1,6 +1,9 @@
 """The pose stage as one object: a frame in, tracked people out."""
 from __future__ import annotations
 
+import numpy as np
+from numpy.typing import NDArray
+
 from depth_person.camera.frame import Frame
 from depth_person.pose.networks import open_network
 from depth_person.pose.options import PoseOptions
@@ -23,7 +26,14 @@ class PoseEstimator:
 
     def estimate(self, frame: Frame) -> People:
         """Return the people in a frame, surest first."""
-        keypoints = self._network(frame.image)
+        return self.recall(frame, self._network(frame.image))
+
+    def recall(self, frame: Frame, keypoints: NDArray[np.float32]) -> People:
+        """
+        Return the people whose keypoints the network found in a frame, now or before.
+
+        :param keypoints: (n, 18, 3) as the network gave them.
+        """
         return People(
             keypoints, self._tracker.update(keypoints, frame.stamp_ns),
             neck_measured=self._network.neck_measured, convention=self._network.convention)
