@@ -8,7 +8,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from depth_person.distance.estimator import Distances
+from depth_person.camera.intrinsics import Intrinsics
+from depth_person.distance.tracked import TrackedPeople
 from depth_person.pose.people import People
 from depth_person.pose.skeleton import Keypoint, LIMBS
 
@@ -37,28 +38,36 @@ class Box(NamedTuple):
     width: int
 
 
-def draw(image: NDArray[np.uint8], people: People, distances: Distances) -> None:
+def draw(
+    image: NDArray[np.uint8], tracked: TrackedPeople, intrinsics: Intrinsics | None = None,
+) -> None:
     """
     Draw each person's skeleton, and at the neck the range in centimetres with one sigma.
 
-    Limbs that the network is unsure of are darker. Who has no range is grey, without a number.
+    Limbs that the network is unsure of are darker. Who has no range is grey, without a number;
+    who is hidden is a ring, and a range that is only predicted says so.
 
     :param image: (height, width, 3) BGR of the caller's own; drawn into.
-    :param distances: of the same people, row by row.
+    :param intrinsics: of the image; without, the hidden are left out.
     """
+    people, distances = tracked.people, tracked.distances
+    anchors = _anchors(tracked, intrinsics)
     scale = max(image.shape[0] / 720, 0.4)
     order = np.argsort(-np.where(distances.known, distances.range, np.inf), kind='stable')
     for row in order:  # the nearest last, on top
         colour = person_colour(int(people.track_ids[row])) if distances.known[row] else NO_RANGE
         _draw_skeleton(image, people.keypoints[row], colour, scale)
+        if _is_hidden(people, row) and distances.known[row]:
+            _draw_ring(image, anchors[row], colour, scale)
     boxes: list[Box] = []
     for row in order[::-1]:
-        if distances.known[row]:
+        if distances.known[row] and np.isfinite(anchors[row]).all():
             track_id = int(people.track_ids[row])
             text = (f'#{track_id}  {100 * distances.range[row]:.0f} '
-                    f'+/- {100 * distances.range_sigma[row]:.0f} cm')
+                    f'+/- {100 * distances.range_sigma[row]:.0f} cm'
+                    f'{" predicted" * bool(tracked.predicted[row])}')
             boxes.append(_draw_label(
-                image, text, _anchor(people.keypoints[row]), person_colour(track_id), scale,
+                image, text, anchors[row], person_colour(track_id), scale,
                 avoid=boxes))
 
 
@@ -88,8 +97,32 @@ def _draw_skeleton(
         cv2.circle(image, centre, radius, _WHITE, 1, cv2.LINE_AA, _SHIFT)
 
 
+def _draw_ring(
+    image: NDArray[np.uint8], place: NDArray[np.floating], colour: tuple[int, int, int],
+    scale: float,
+) -> None:
+    if (np.abs(place) < _FURTHEST).all():  # NaN is not
+        centre = np.rint(place * (1 << _SHIFT)).astype(int).tolist()
+        cv2.circle(image, centre, round(8 * scale * (1 << _SHIFT)), colour,
+                   max(round(3 * scale), 2), cv2.LINE_AA, _SHIFT)
+
+
+def _anchors(tracked: TrackedPeople, intrinsics: Intrinsics | None) -> list[NDArray[np.floating]]:
+    """Return where each label goes, pixels: the neck, the middle of what was found, or NaN."""
+    necks = np.full((len(tracked), 2), np.nan)
+    if intrinsics is not None:
+        necks = intrinsics.project(tracked.distances.position)
+    return [
+        necks[row] if _is_hidden(tracked.people, row) else _anchor(tracked.people.keypoints[row])
+        for row in range(len(tracked))]
+
+
+def _is_hidden(people: People, row: int) -> bool:
+    return not np.isfinite(people.keypoints[row]).any()
+
+
 def _anchor(keypoints: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return the pixel at which the label goes: the neck, or the middle of what was found."""
+    """Return the pixel of the neck, or the middle of what was found."""
     neck = keypoints[Keypoint.NECK, :2]
     if np.isfinite(neck).all():
         return neck

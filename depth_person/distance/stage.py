@@ -37,10 +37,15 @@ class DistanceOptions:
 
 
 class DistanceStage:
-    """Measures the people of one camera's frames, taken in the order of their stamps."""
+    """
+    Measures the people of one camera's frames, taken in the order of their stamps.
+
+    :ivar options: what it was told.
+    """
 
     def __init__(self, options: DistanceOptions) -> None:
         """Open the estimator; raise DepthPersonError when it cannot be had."""
+        self.options = options
         self._estimator = make_estimator(options.estimator, body=options.body)
         self._max_range = options.max_range
         self._filter = None if options.filter is None else PeopleFilter(options.filter)

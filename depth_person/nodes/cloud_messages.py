@@ -20,10 +20,12 @@ KEYPOINT_POINT = np.dtype([('u', '<f4'), ('v', '<f4'), ('score', '<f4'), ('track
 #: One point of /person_depth/people.
 PERSON_POINT = np.dtype({
     'names': ['x', 'y', 'z', 'range', 'range_sigma', 'score', 'track_id', 'u', 'v', 'reason',
-              'cues'],
-    'formats': ['<f4'] * 6 + ['<i4', '<f4', '<f4', 'u1', 'u1'],
-    'offsets': [0, 4, 8, 12, 16, 20, 24, 28, 32, 36, 37],
-    'itemsize': 40,
+              'cues', 'predicted', 'velocity_x', 'velocity_y', 'velocity_z', 'velocity_sigma',
+              'time_to_contact', 'time_to_contact_sigma', 'range_measured',
+              'range_sigma_measured', 'x_measured', 'y_measured', 'z_measured'],
+    'formats': ['<f4'] * 6 + ['<i4', '<f4', '<f4', 'u1', 'u1', 'u1'] + ['<f4'] * 11,
+    'offsets': [*range(0, 36, 4), 36, 37, 38, *range(40, 84, 4)],
+    'itemsize': 84,
 })
 
 _DATATYPES = {
@@ -77,7 +79,7 @@ def person_scores(people: People) -> NDArray[np.float32]:
 
 def encode_distances(tracked: TrackedPeople, header: Header) -> PointCloud2:
     """Return one point a person: /person_depth/people."""
-    people, distances = tracked.people, tracked.distances
+    people, distances, measured = tracked.people, tracked.distances, tracked.measured
     points = np.zeros((1, len(tracked)), PERSON_POINT)
     row = points[0]
     row['x'], row['y'], row['z'] = distances.position.T
@@ -88,6 +90,13 @@ def encode_distances(tracked: TrackedPeople, header: Header) -> PointCloud2:
     row['u'], row['v'] = people.keypoints[:, Keypoint.NECK, :2].T
     row['reason'] = distances.reason
     row['cues'] = distances.cues
+    row['predicted'] = tracked.predicted
+    row['velocity_x'], row['velocity_y'], row['velocity_z'] = tracked.velocity.T
+    row['velocity_sigma'] = tracked.velocity_sigma
+    row['time_to_contact'] = tracked.time_to_contact
+    row['time_to_contact_sigma'] = tracked.time_to_contact_sigma
+    row['range_measured'], row['range_sigma_measured'] = measured.range, measured.range_sigma
+    row['x_measured'], row['y_measured'], row['z_measured'] = measured.position.T
     return _cloud(points, header, is_dense=bool(distances.known.all()))
 
 

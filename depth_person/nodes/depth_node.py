@@ -123,7 +123,8 @@ class DepthNode(StageNode[DepthSettings]):
             return
         if self._overlay.wanted:
             self._images.open()
-            self._overlay.take_result(result, stamp_ns=stamp_ns(message.header))
+            self._overlay.take_result(
+                result, intrinsics, stamp_ns=stamp_ns(message.header))
         else:
             self._overlay.forget()
 

@@ -14,6 +14,10 @@ from depth_person.overlay import person_colour
 from depth_person.pose.skeleton import LIMBS
 
 _LIMBS = np.array(LIMBS)
+#: How people are drawn who are only predicted.
+PREDICTED_OPACITY = 0.35
+PREDICTED_TEXT = ' (predicted)'
+
 _LIFETIME = Duration(nanosec=500_000_000)
 _HEAD_ROOM = 0.45  # metres from the neck up to the label, clear of the head
 
@@ -23,6 +27,8 @@ def encode_markers(
 ) -> MarkerArray:
     """
     Return the markers of /person_depth; people without a range are left out.
+
+    Who is only predicted is see-through, with a label that says so.
 
     :param intrinsics: of the image; None while the camera is uncalibrated, when nobody has a
         range.
@@ -37,16 +43,16 @@ def encode_markers(
             markers += _person(
                 header, int(people.track_ids[row]), distances.position[row],
                 distance=float(distances.range[row]), sigma=float(distances.range_sigma[row]),
-                rays=person_rays)
+                rays=person_rays, predicted=bool(tracked.predicted[row]))
     return MarkerArray(markers=markers)
 
 
 def _person(
     header: Header, track_id: int, neck: NDArray[np.float64], *, distance: float, sigma: float,
-    rays: NDArray[np.float64],
+    rays: NDArray[np.float64], predicted: bool,
 ) -> list[Marker]:
     """Return the markers of one person."""
-    colour = _colour(track_id)
+    colour = _colour(track_id, opacity=PREDICTED_OPACITY if predicted else 1.0)
 
     def marker(namespace: str, kind: int, size: float, **fields: object) -> Marker:
         result = Marker(
@@ -60,7 +66,7 @@ def _person(
     sphere.pose.position = _point(neck)
     label = marker(
         'label', Marker.TEXT_VIEW_FACING, 0.0,
-        text=f'#{track_id} {distance:.2f} ± {sigma:.2f} m')
+        text=f'#{track_id} {distance:.2f} ± {sigma:.2f} m{PREDICTED_TEXT * predicted}')
     label.scale.z = 0.25
     label.pose.position = _point(neck - (0.0, _HEAD_ROOM, 0.0))
     near, far = max(1 - sigma / distance, 0.0), 1 + sigma / distance
@@ -81,6 +87,6 @@ def _point(position: NDArray[np.float64]) -> Point:
     return Point(x=x, y=y, z=z)
 
 
-def _colour(track_id: int) -> ColorRGBA:
+def _colour(track_id: int, *, opacity: float) -> ColorRGBA:
     blue, green, red = person_colour(track_id)
-    return ColorRGBA(r=red / 255, g=green / 255, b=blue / 255, a=1.0)
+    return ColorRGBA(r=red / 255, g=green / 255, b=blue / 255, a=opacity)

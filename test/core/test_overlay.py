@@ -1,8 +1,12 @@
 """What the overlay draws, and where."""
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from depth_person.camera.intrinsics import Intrinsics
 from depth_person.distance.estimator import Distances, Reason
+from depth_person.distance.tracked import TrackedPeople
 from depth_person.overlay import draw, FAINT, NO_RANGE, person_colour, SURE_SCORE
 from depth_person.pose.people import People
 from depth_person.pose.skeleton import Keypoint, N_KEYPOINTS
@@ -27,9 +31,9 @@ def drawn(*skeletons, reason=Reason.NONE, position=(0.0, 0.0, 5.0)):
     count = len(skeletons)
     people = People(
         np.stack(skeletons) if count else People.nobody().keypoints, np.arange(count, dtype='i4'))
-    draw(image, people, Distances.of(
+    draw(image, TrackedPeople.unfiltered(people, Distances.of(
         position=np.tile(position, (count, 1)), range_sigma=np.full(count, 0.2),
-        reason=np.full(count, reason, np.uint8), cues=np.ones(count, np.uint8)))
+        reason=np.full(count, reason, np.uint8), cues=np.ones(count, np.uint8))))
     return image
 
 
@@ -75,6 +79,23 @@ def test_who_has_no_range_is_grey_and_has_no_number():
     assert has_colour(image, NO_RANGE)
     assert not image[:, 330:].any()  # where the label would be
     assert drawn(person((300, 100)))[:, 330:].any()
+
+
+def test_the_hidden_are_a_ring_and_a_label_where_they_are_predicted():
+    camera = Intrinsics(WIDTH, HEIGHT, 400.0, 400.0, 320.0, 180.0)
+    tracked = TrackedPeople.unfiltered(
+        People.nobody(), Distances.none(0, Reason.NONE)).with_hidden(np.array([4], np.int32))
+    predicted = Distances.of(
+        position=np.array([[-1.0, 0.5, 4.0]]), range_sigma=np.array([0.3]),
+        reason=np.zeros(1, np.uint8), cues=np.zeros(1, np.uint8))
+    tracked = replace(tracked, distances=predicted, predicted=np.array([True]))
+    image, unknown = np.zeros((2, HEIGHT, WIDTH, 3), np.uint8)
+    draw(image, tracked, camera)
+    draw(unknown, tracked)
+    assert has_colour(image[222:239, 212:219], person_colour(4))  # left of the middle, below
+    assert not image[230, 220].any()  # a ring, not a disc
+    assert label_pixels(image) > label_pixels(drawn(person((300, 100)), position=(-1, 0.5, 4)))
+    assert not unknown.any()
 
 
 @pytest.mark.parametrize('neck', [(2, 2), (WIDTH - 2, 2), (WIDTH - 2, HEIGHT - 2), (2, HEIGHT)])

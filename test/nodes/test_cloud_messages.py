@@ -1,4 +1,5 @@
 """People and distances as point clouds."""
+from dataclasses import replace
 import struct
 
 from hypothesis import given
@@ -116,16 +117,26 @@ def test_distances_are_packed_as_documented():
         reason=np.array([0, 2], np.uint8), cues=np.array([5, 0], np.uint8))
     crowd = people(2)
     crowd.keypoints[1, 3:] = np.nan
-    message = encode_distances(TrackedPeople.unfiltered(crowd, distances), Header(frame_id='eye'))
+    measured = Distances(
+        range=np.array([13.0, NAN]), range_sigma=np.array([0.5, NAN]),
+        position=np.array([[12.0, 0.0, 5.0], [NAN] * 3]),
+        reason=np.array([0, 2], np.uint8), cues=np.array([4, 0], np.uint8))
+    tracked = replace(
+        TrackedPeople.unfiltered(crowd, measured), distances=distances,
+        velocity=np.array([[1.0, 2.0, -3.0], [NAN] * 3]), velocity_sigma=np.array([0.125, NAN]),
+        time_to_contact=np.array([1.5, NAN]), time_to_contact_sigma=np.array([0.75, NAN]),
+        predicted=np.array([True, False]))
+    message = encode_distances(tracked, Header(frame_id='eye'))
     assert message.header.frame_id == 'eye'
     assert not message.is_dense
-    first, second = struct.iter_unpack('<ffffffiffBBxx', bytes(message.data))
+    first, second = struct.iter_unpack('<ffffffiffBBBx11f', bytes(message.data))
     neck = crowd.keypoints[:, 1]
     assert first == pytest.approx((
-        3, 0, 4, 5, 0.25, crowd.keypoints[0, :, 2].mean(), 7, neck[0, 0], neck[0, 1], 0, 5))
+        3, 0, 4, 5, 0.25, crowd.keypoints[0, :, 2].mean(), 7, neck[0, 0], neck[0, 1], 0, 5,
+        1, 1, 2, -3, 0.125, 1.5, 0.75, 13, 0.5, 12, 0, 5))
     assert second == pytest.approx((
         NAN, NAN, NAN, NAN, NAN, crowd.keypoints[1, :3, 2].mean(), 8, neck[1, 0], neck[1, 1],
-        2, 0), nan_ok=True)
+        2, 0, 0, *[NAN] * 11), nan_ok=True)
     assert decode_cloud(message, PERSON_POINT)['range'][0, 0] == 5
 
 

@@ -73,15 +73,19 @@ def harness(shared_domain):
 
 def test_a_person_is_measured_as_documented(harness):
     people, markers = harness.measure(keypoints(FACE_TO_FACE), camera_info())
-    assert (people.height, people.width, people.point_step, people.row_step) == (1, 1, 40, 40)
+    assert (people.height, people.width, people.point_step, people.row_step) == (1, 1, 84, 84)
     assert people.header == keypoints().header
     assert people.is_dense
     assert [(field.name, field.offset, field.datatype) for field in people.fields] == [
         ('x', 0, 7), ('y', 4, 7), ('z', 8, 7), ('range', 12, 7), ('range_sigma', 16, 7),
         ('score', 20, 7), ('track_id', 24, 5), ('u', 28, 7), ('v', 32, 7), ('reason', 36, 2),
-        ('cues', 37, 2)]
-    x, y, z, distance, sigma, score, track_id, u, v, reason, cues = struct.unpack(
-        '<ffffffiffBBxx', people.data)
+        ('cues', 37, 2), ('predicted', 38, 2), ('velocity_x', 40, 7), ('velocity_y', 44, 7),
+        ('velocity_z', 48, 7), ('velocity_sigma', 52, 7), ('time_to_contact', 56, 7),
+        ('time_to_contact_sigma', 60, 7), ('range_measured', 64, 7),
+        ('range_sigma_measured', 68, 7), ('x_measured', 72, 7), ('y_measured', 76, 7),
+        ('z_measured', 80, 7)]
+    x, y, z, distance, sigma, score, track_id, u, v, reason, cues = struct.unpack_from(
+        '<ffffffiffBB', people.data)
     assert (x, y, z, distance) == pytest.approx((0, 0, 3.5, 3.5), abs=0.05)  # 900 * 0.35 / 90
     assert 0.1 < sigma < 1.0
     assert (track_id, u, v, reason, cues) == (3, 640, 360, 0, 1)
@@ -103,7 +107,7 @@ def test_nobody_clears_the_markers_and_is_an_empty_cloud(harness):
 def test_a_person_without_a_range_is_in_the_cloud_with_the_reason_only(harness):
     people, markers = harness.measure(
         keypoints({0: (640, 300), 2: (595, 360)}, FACE_TO_FACE), camera_info(), reason=2)
-    first = struct.unpack_from('<ffffffiffBBxx', people.data)
+    first = struct.unpack_from('<ffffffiffBB', people.data)
     assert np.isnan(first[:5]).all()
     assert (first[6], first[9], first[10]) == (3, 2, 0)
     assert not people.is_dense

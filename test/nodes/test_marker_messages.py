@@ -1,4 +1,6 @@
 """People at their distances as markers."""
+from dataclasses import replace
+
 from hypothesis import given
 from hypothesis import strategies as st
 import numpy as np
@@ -70,6 +72,21 @@ def test_nobody_is_one_marker_that_clears(camera):
     markers = markers_of(
         People.nobody(), at(np.empty((0, 3))), HEADER, camera).markers
     assert [(marker.action, marker.header) for marker in markers] == [(Marker.DELETEALL, HEADER)]
+
+
+def test_the_predicted_are_see_through_and_say_so():
+    tracked = TrackedPeople.unfiltered(crowd(1), at([2.4, 0.0, 4.0])).with_hidden(
+        np.array([7], np.int32))
+    tracked = replace(
+        tracked, distances=at([[2.4, 0, 4.0], [0, 0, 2.0]]), predicted=np.array([False, True]))
+    markers = encode_markers(tracked, HEADER, CAMERA).markers[1:]
+    opacity = {(marker.id, marker.ns): marker.color.a for marker in markers}
+    assert set(opacity) == {
+        (1, 'person'), (1, 'label'), (1, 'uncertainty'), (1, 'skeleton'),
+        (7, 'person'), (7, 'label'), (7, 'uncertainty')}
+    assert all((alpha < 0.5) == (who == 7) for (who, _), alpha in opacity.items())
+    assert [marker.text for marker in markers if marker.ns == 'label'] == [
+        '#1 4.66 ± 0.50 m', '#7 2.00 ± 0.50 m (predicted)']
 
 
 def test_a_person_without_a_whole_limb_has_no_skeleton():
