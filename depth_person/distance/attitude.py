@@ -4,6 +4,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 import math
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -43,12 +44,35 @@ def body_gravity(quaternion: Sequence[float]) -> _Array:
         sensor_msgs/Imu (REP 103, REP 145).
     :raises DepthPersonError: when the quaternion is not finite or not of unit length.
     """
+    return down_of(rotation_from(quaternion))
+
+
+def down_of(rotation: _Array) -> _Array:
+    """Return the unit vector down in a frame; rotation (3, 3) is from it to one with z up."""
+    return -rotation[2]
+
+
+def rotation_from(quaternion: Sequence[float]) -> _Array:
+    """
+    Return the (3, 3) rotation that a quaternion x, y, z, w stands for.
+
+    :raises DepthPersonError: when the quaternion is not finite or not of unit length.
+    """
     x, y, z, w = quaternion
     length = math.sqrt(x * x + y * y + z * z + w * w)
     if not abs(length - 1) <= _UNIT:  # NaN fails, too
         raise DepthPersonError(
             f'an orientation has a quaternion of length {length:g} instead of 1; check that the '
             'autopilot publishes its attitude, not only raw rates')
+    x, y, z, w = (part / length for part in (x, y, z, w))
     return np.array([
-        2 * (w * y - x * z), -2 * (y * z + w * x), 2 * (x * x + y * y) - length ** 2,
-    ]) / length ** 2
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)]])
+
+
+def turned(one: _Array, other: _Array, share: float) -> _Array:
+    """Return the rotation at a share of the way from one (3, 3) to another, about one axis."""
+    vector, _ = cv2.Rodrigues(one.T @ other)
+    step, _ = cv2.Rodrigues(share * vector)
+    return one @ step
