@@ -16,8 +16,10 @@ from depth_person.interrupts import deferred_interrupts
 VERBS = {
     'run': 'run camera, pose and depth in one process',
     'models': 'install and list pose networks',
+    'process': 'run the pipeline over bags and write bags with the results',
     'evaluate': 'measure errors on a folder of frames with known distances',
     'compare': 'say what moved between two bags of results',
+    'calibrate': 'find the intrinsics of a camera, or the size of a person',
     'train': 'repeat the training of the networks that the package ships',
     'validate': 'compare predicted distances in a table with the actual ones',
 }

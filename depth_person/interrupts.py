@@ -4,6 +4,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 import signal
+import threading
+from types import FrameType
 
 
 @contextmanager
@@ -24,3 +26,25 @@ def deferred_interrupts() -> Iterator[None]:
         signal.signal(signal.SIGINT, previous)
     if came:
         raise KeyboardInterrupt
+
+
+@contextmanager
+def noted_interrupts() -> Iterator[threading.Event]:
+    """
+    Turn the first Ctrl-C or SIGTERM within the block into an event; a second one is as usual.
+
+    For work that ends in order once it has looked at the event.
+    """
+    came = threading.Event()
+
+    def note(number: int, _: FrameType | None) -> None:
+        came.set()
+        signal.signal(number, previous[number])
+
+    previous = {
+        number: signal.signal(number, note) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield came
+    finally:
+        for number, handler in previous.items():
+            signal.signal(number, handler)

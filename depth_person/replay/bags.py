@@ -58,8 +58,23 @@ class BagWriter(Closing):
         """
         if msgtype not in self._types.types:
             raise DepthPersonError(f'{topic} cannot be recorded: unknown type {msgtype}')
+        definition, _ = self._types.generate_msgdef(msgtype)
+        self.add_defined_topic(
+            topic, msgtype, definition=definition, digest=self._types.hash_rihs01(msgtype),
+            qos=qos)
+
+    def add_defined_topic(
+        self, topic: str, msgtype: str, *, definition: str, digest: str,
+        qos: Sequence[Qos] = (),
+    ) -> None:
+        """
+        Add a topic of a type that need not be known here; it takes serialised messages.
+
+        :param definition: of the type, in the form of .msg or .idl files with all it refers to.
+        :param digest: the RIHS01 hash of the type.
+        """
         self._connections[topic] = self._run(lambda: self._writer.add_connection(
-            topic, msgtype, typestore=self._types, offered_qos_profiles=qos))
+            topic, msgtype, msgdef=definition, rihs01=digest, offered_qos_profiles=qos))
 
     def write(self, topic: str, stamp_ns: int, message: Any) -> None:
         """

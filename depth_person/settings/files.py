@@ -61,23 +61,6 @@ class ParameterFile:
                 found.update(values)
         return found
 
-    def settings(
-        self, node: str, settings: type[Settings], *, namespace: str = '/',
-        overrides: Mapping[str, ParameterValue] | None = None,
-    ) -> Settings:
-        """
-        Return the settings of a node; what the file does not give has its default.
-
-        :param settings: a dataclass of depth_person.settings.
-        :param overrides: values that come before the file's.
-        :raises DepthPersonError: when a value is of a wrong type or out of its range.
-        """
-        given = {**self.parameters(node, namespace=namespace), **(overrides or {})}
-        try:
-            return make_settings(settings, given)
-        except DepthPersonError as error:
-            raise DepthPersonError(f'parameter file {self._path}, {node}: {error}') from error
-
     def _add_sections(self, node: yaml.Node, name: str) -> None:
         for key, value in self._entries(node, name or 'the file'):
             if key != _PARAMETERS:
@@ -109,6 +92,25 @@ class ParameterFile:
 
     def _fault(self, name: str, what: str) -> DepthPersonError:
         return DepthPersonError(f'parameter file {self._path}: {name} {what}')
+
+
+def node_settings(
+    node: str, settings: type[Settings], *, file: Path | None, namespace: str = '/',
+    overrides: Mapping[str, ParameterValue] | None = None,
+) -> Settings:
+    """
+    Return the settings of a node; what neither file nor overrides give has its default.
+
+    :param settings: a dataclass of depth_person.settings.
+    :param file: a ROS 2 parameter file; None for none.
+    :param overrides: values that come before the file's.
+    :raises DepthPersonError: when a value is of a wrong type or out of its range.
+    """
+    given = ParameterFile(file).parameters(node, namespace=namespace) if file else {}
+    try:
+        return make_settings(settings, {**given, **(overrides or {})})
+    except DepthPersonError as error:
+        raise DepthPersonError(f'{file or "parameters"}, {node}: {error}') from error
 
 
 def make_settings(settings: type[Settings], given: Mapping[str, Any]) -> Settings:

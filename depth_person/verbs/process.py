@@ -1,0 +1,183 @@
+"""Runs the pipeline over the images of bags; writes a bag with the results added."""
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import asdict
+from pathlib import Path
+import sys
+from typing import Any
+
+from tqdm import tqdm
+from tqdm.contrib.logging import logging_redirect_tqdm
+
+from depth_person import __version__
+from depth_person.camera.bag_topics import choose_image_topic, choose_info_topic
+from depth_person.distance.estimators import ESTIMATORS
+from depth_person.errors import DepthPersonError
+from depth_person.interrupts import noted_interrupts
+from depth_person.nodes.recorded_surroundings import RecordedSurroundings
+from depth_person.nodes.result_codec import ResultCodec
+from depth_person.pipeline import Pipeline
+from depth_person.replay.bags import BagWriter
+from depth_person.replay.input_bags import InputBags
+from depth_person.replay.process import Job, Outcome, Processor
+from depth_person.replay.unfinished import (
+    begin_anew,
+    keep_better,
+    RecordedKeypoints,
+    RunRecord,
+    set_aside,
+)
+from depth_person.settings.depth import DepthSettings
+from depth_person.settings.files import node_settings
+from depth_person.settings.pose import PoseSettings
+
+#: Exit codes beside 0, everything was used, and 1, nothing could be done.
+_PARTLY, _INTERRUPTED = 3, 130
+
+_EPILOG = (
+    'exit code: 0 all frames were processed; 1 nothing could be done; 3 done, but something in '
+    'the bags could not be read or used, which is named; 130 stopped, go on with --resume')
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the verb's arguments."""
+    parser.epilog = _EPILOG
+    parser.add_argument(
+        'bags', nargs='+', type=Path, metavar='IN',
+        help='rosbag: a folder, .mcap, .db3, or a ROS 1 .bag; several are merged by time')
+    parser.add_argument(
+        '-o', '--output', type=Path, required=True, metavar='OUT', help='the bag to write (MCAP)')
+    parser.add_argument(
+        '--params', type=Path, metavar='FILE',
+        help='ROS 2 parameter file; what it gives to pose_node and depth_node is used')
+    parser.add_argument(
+        '--estimator', choices=ESTIMATORS, help='how a range is computed')
+    parser.add_argument('--model', metavar='NAME', help='pose network')
+    parser.add_argument(
+        '--namespace', default='/', metavar='NS',
+        help='of the nodes: where results and inputs are, and which sections of the parameter '
+             'file fit')
+    parser.add_argument('--image-topic', metavar='TOPIC', help='where there are several')
+    parser.add_argument('--camera-info-topic', metavar='TOPIC', help='where there are several')
+    parser.add_argument(
+        '--remap', action='append', default=[], metavar='FROM:=TO',
+        help='a topic of depth_node by the name that it has in the bags, such as '
+             'imu:=/mavros/imu/data')
+    parser.add_argument(
+        '--without-images', action='store_true', help='leave all images out of OUT')
+    parser.add_argument('--compress', action='store_true', help='compress OUT with zstd')
+    there = parser.add_mutually_exclusive_group()
+    there.add_argument(
+        '--resume', action='store_true', help='go on where a run was stopped')
+    there.add_argument('--overwrite', action='store_true', help='begin OUT anew')
+    parser.add_argument(
+        '--quiet', action='store_true', help='print nothing but what is wrong')
+
+
+def main(args: argparse.Namespace) -> int:
+    """Process the bags; return the exit code."""
+    if args.output.resolve() in {path.resolve() for path in args.bags}:
+        raise DepthPersonError(f'{args.output} is one of the bags to read; name another')
+    with InputBags(args.bags) as bags:
+        outcome = _process(args, bags)
+    if outcome is None:
+        _say(args, f'{args.output} is finished already')
+        return 0
+    for note in outcome.notes:
+        _say(args, note)
+    for fault in outcome.faults:
+        print(f'depth_person process: {fault}', file=sys.stderr)
+    _say(args, f'{args.output}: {outcome.frames} frames with {outcome.people} people'
+         + ('' if outcome.finished else '; stopped before the end, go on with --resume'))
+    if not outcome.finished:
+        return _INTERRUPTED
+    return _PARTLY if outcome.faults else 0
+
+
+def _process(args: argparse.Namespace, bags: InputBags) -> Outcome | None:
+    """Write the bag; None where that has been done before."""
+    job = _job(args, bags)
+    pose, depth = _settings(args)
+    codec = ResultCodec(args.namespace)
+    # What decides the results, and so whether a run can go on.
+    settings = {
+        'version': __version__, 'pose_node': asdict(pose), 'depth_node': asdict(depth),
+        'job': asdict(job), 'namespace': args.namespace, 'remap': args.remap,
+        'compress': args.compress}
+    if args.overwrite:
+        begin_anew(args.output)
+    if args.resume and _finished(args.output, settings):
+        return None
+    processor_parts: dict[str, Any] = {
+        'pipeline': Pipeline(pose.pose_options(), depth.distance_options()), 'codec': codec,
+        'surroundings': RecordedSurroundings(depth, args.namespace, dict(_remaps(args.remap)))}
+    before = set_aside(args.output, settings, codec.keypoint_topic) if args.resume else None
+    try:
+        with RecordedKeypoints(before, codec.keypoint_topic) as recorded:
+            return _run(
+                args, Processor(bags, job, recollection=recorded, **processor_parts),
+                total=bags.count(job.image_topic), settings=settings)
+    finally:
+        if before is not None:
+            keep_better(args.output, before, codec.keypoint_topic)
+
+
+def _run(
+    args: argparse.Namespace, processor: Processor, *, total: int, settings: dict[str, Any],
+) -> Outcome:
+    with BagWriter(args.output, compress=args.compress) as writer, noted_interrupts() as stop, \
+            _progress(args, total) as on_frame:
+        RunRecord(settings).write(args.output)
+        outcome = processor.run(writer, on_frame=on_frame, stopping=stop.is_set)
+    RunRecord(settings, outcome.finished, outcome.faults).write(args.output)
+    return outcome
+
+
+def _finished(path: Path, settings: dict[str, Any]) -> bool:
+    if not path.is_dir():
+        return False
+    record = RunRecord.read(path)
+    record.check(settings, path)
+    return record.finished
+
+
+def _job(args: argparse.Namespace, bags: InputBags) -> Job:
+    image_topic = choose_image_topic(
+        bags.topics, args.image_topic, where=bags.description, option='--image-topic')
+    info_topic = choose_info_topic(
+        bags.topics, args.camera_info_topic, image_topic=image_topic, where=bags.description)
+    return Job(image_topic, info_topic, copy_images=not args.without_images)
+
+
+def _settings(args: argparse.Namespace) -> tuple[PoseSettings, DepthSettings]:
+    pose = node_settings(
+        'pose_node', PoseSettings, file=args.params, namespace=args.namespace,
+        overrides={'model': args.model} if args.model else {})
+    depth = node_settings(
+        'depth_node', DepthSettings, file=args.params, namespace=args.namespace,
+        overrides={'estimator': args.estimator} if args.estimator else {})
+    return pose, depth
+
+
+def _remaps(pairs: list[str]) -> Iterator[tuple[str, str]]:
+    for pair in pairs:
+        name, separator, target = pair.partition(':=')
+        if not (name and separator and target):
+            raise DepthPersonError(f'--remap {pair} does not read FROM:=TO')
+        yield name, target
+
+
+@contextmanager
+def _progress(args: argparse.Namespace, total: int) -> Iterator[Callable[[], None]]:
+    """Show how far the frames are; yield what to call after each."""
+    with logging_redirect_tqdm(), tqdm(
+            total=total or None, unit='frame', disable=True if args.quiet else None) as bar:
+        yield lambda: bar.update() and None
+
+
+def _say(args: argparse.Namespace, message: str) -> None:
+    if not args.quiet:
+        print(message)
