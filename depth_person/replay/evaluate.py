@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depth_person.distance.estimator import Cue, DistanceEstimator, Distances, Mounting, Reason
+from depth_person.distance.following import FilterOptions, PeopleFilter
+from depth_person.distance.tracked import TrackedPeople
 from depth_person.errors import DepthPersonError
-from depth_person.pose.people import People
 from depth_person.pose.skeleton import Keypoint
 from depth_person.replay.dataset import Fault, TrueFrame, TruePerson
 from depth_person.replay.keypoints import KeypointSource
@@ -27,7 +28,10 @@ class Sample:
     :ivar depth_true: the data set's depth of its reference point, metres.
     :ivar range_true: its range, likewise.
     :ivar range_neck: what `range` is to be compared with: range_true carried to the neck.
-    :ivar range: as estimated, metres; None when the person was not found, or for `reason`.
+    :ivar range: as estimated, metres; None when the person was not found, or for `reason`; over
+        time where people are followed, also for who is not found but predicted.
+    :ivar range_measured: what this frame alone says, with its spread range_sigma_measured.
+    :ivar time_s: of the frame in its sequence.
     :ivar shoulder_error_px: mean distance of the shoulders from their true places, left and right
         exchanged if that is nearer.
     """
@@ -46,6 +50,10 @@ class Sample:
     reason: str | None = None
     cues: tuple[str, ...] = ()
     track_id: int | None = None
+    range_measured: float | None = None
+    range_sigma_measured: float | None = None
+    predicted: bool = False
+    time_s: float | None = None
     shoulder_error_px: float | None = None
     kind: str | None = None
     yaw_deg: float | None = None
@@ -62,21 +70,28 @@ class Evaluation:
 
     :param source: gives the keypoints.
     :param use_mounting: tell the estimator the camera's true attitude and height.
+    :param follow: how people of sequences are followed; None for each frame by itself.
     :ivar faults: the frames that could not be used so far.
     """
 
     def __init__(
         self, source: KeypointSource, estimator: DistanceEstimator, *, use_mounting: bool = False,
+        follow: FilterOptions | None = None,
     ) -> None:
         self._source = source
         self._estimator = estimator
         self._use_mounting = use_mounting
+        self._follow = follow
+        self._filter: PeopleFilter | None = None
+        self._tracks: dict[int | str, int] = {}
         self.faults: list[Fault] = []
 
     def run(self, clips: Iterable[Iterable[TrueFrame]]) -> Iterator[list[Sample]]:
         """Yield the samples of frame after frame; none for one that cannot be used."""
         for clip in clips:
             self._source.start_clip()
+            self._filter = None if self._follow is None else PeopleFilter(self._follow)
+            self._tracks.clear()
             for frame in clip:
                 try:
                     yield self._measure(frame)
@@ -87,15 +102,34 @@ class Evaluation:
     def _measure(self, frame: TrueFrame) -> list[Sample]:
         people = self._source.people(frame)
         mounting = frame.mounting if self._use_mounting else Mounting()
-        distances = self._estimator.estimate(people, frame.intrinsics, mounting)
+        tracked = TrackedPeople.unfiltered(
+            people, self._estimator.estimate(people, frame.intrinsics, mounting))
+        if self._filter is not None and frame.time_s is not None:
+            tracked = self._filter.measure(
+                people, tracked.measured, stamp_ns=round(frame.time_s * 1e9))
         matches = self._source.match(frame, people)
-        rows = [*matches.tolist(), *(row for row in range(len(people)) if row not in matches)]
+        rows = [*self._with_hidden(frame, tracked, matches),
+                *(row for row in range(len(people)) if row not in matches)]
         owners = [*frame.people, *[None] * (len(rows) - len(frame.people))]
         return [
             Sample(
-                image=frame.name, scenario=frame.scenario, tag=frame.tag, found=row >= 0,
-                **_truth(person, distances, row), **_estimate(person, people, distances, row))
+                image=frame.name, scenario=frame.scenario, tag=frame.tag, time_s=frame.time_s,
+                found=0 <= row < len(people), **_truth(person, tracked.distances, row),
+                **_estimate(person, tracked, row))
             for person, row in zip(owners, rows, strict=True)]
+
+    def _with_hidden(
+        self, frame: TrueFrame, tracked: TrackedPeople, matches: NDArray[np.intp],
+    ) -> Iterator[int]:
+        """Yield the row of each true person; of who was found before, also where predicted."""
+        hidden = {int(track_id): row for row, track_id in enumerate(tracked.people.track_ids)
+                  if not np.isfinite(tracked.people.keypoints[row]).any()}
+        for person, row in zip(frame.people, matches.tolist(), strict=True):
+            if row >= 0:
+                self._tracks[person.id] = int(tracked.people.track_ids[row])
+                yield row
+            else:
+                yield hidden.get(self._tracks.get(person.id, -1), -1)
 
 
 def _truth(person: TruePerson | None, distances: Distances, row: int) -> dict[str, Any]:
@@ -112,15 +146,19 @@ def _truth(person: TruePerson | None, distances: Distances, row: int) -> dict[st
 
 
 def _estimate(
-    person: TruePerson | None, people: People, distances: Distances, row: int,
+    person: TruePerson | None, tracked: TrackedPeople, row: int,
 ) -> dict[str, Any]:
     """Return what a sample says of the found person; nothing when there is none."""
     if row < 0:
         return {}
-    found = {
-        'track_id': int(people.track_ids[row]),
+    people, distances, measured = tracked.people, tracked.distances, tracked.measured
+    found: dict[str, Any] = {
+        'track_id': int(people.track_ids[row]), 'predicted': bool(tracked.predicted[row]),
         'shoulder_error_px': _shoulder_error(person, people.keypoints[row]),
     }
+    if measured.known[row]:
+        found['range_measured'] = float(measured.range[row])
+        found['range_sigma_measured'] = float(measured.range_sigma[row])
     if not distances.known[row]:
         return {**found, 'reason': Reason(distances.reason[row]).name.lower()}
     return {

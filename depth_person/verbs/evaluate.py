@@ -13,6 +13,7 @@ from tqdm import tqdm
 
 from depth_person.distance.estimator import Body
 from depth_person.distance.estimators import ESTIMATORS, make_estimator
+from depth_person.distance.following import FilterOptions
 from depth_person.errors import DepthPersonError
 from depth_person.replay.dataset import Fault
 from depth_person.replay.evaluate import Evaluation, Sample
@@ -62,6 +63,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         '--mounting', choices=('none', 'truth'), default='none',
         help="whether the estimator is told the camera's attitude and height")
     parser.add_argument(
+        '--filter', action='store_true',
+        help='follow people through sequences: errors are of the ranges over time, also of who is '
+             'hidden and predicted')
+    parser.add_argument(
         '--shoulder-width', type=float, metavar='M', help='of everyone, metres')
     parser.add_argument('--stature', type=float, metavar='M', help='of everyone, metres')
     parser.add_argument('--children', action='store_true', help='there may be children')
@@ -97,7 +102,7 @@ def main(args: argparse.Namespace) -> int:
     dataset = read_dataset(args.folder)
     evaluation = Evaluation(
         _source(args), make_estimator(args.estimator, body=body),
-        use_mounting=args.mounting == 'truth')
+        use_mounting=args.mounting == 'truth', follow=FilterOptions() if args.filter else None)
     clips = dataset.clips[:args.limit]
     frames = tqdm(
         evaluation.run(clips), total=sum(map(len, clips)), unit='frame', disable=None)
