@@ -42,6 +42,7 @@ setup(
             'ros-jazzy-rclpy',
             'ros-jazzy-rmw-fastrtps-cpp',
         ],
+        'mavlink': ['pymavlink>=2.4.41', 'pyserial>=3.5'],
         'demo': ['imageio-ffmpeg>=0.5', 'matplotlib>=3.8'],
         'train': [
             'anny>=0.6', 'onnx>=1.16', 'scikit-learn>=1.4', 'scipy>=1.11', 'skl2onnx>=1.17',
@@ -54,6 +55,8 @@ setup(
             'mcap-ros2-support>=0.5',
             'mypy>=1.10',
             'onnx>=1.16',
+            'pymavlink>=2.4.41',
+            'pyserial>=3.5',
             'pytest>=8.0',
             'pytest-rerunfailures>=14.0',
             'pytest-timeout>=2.3',
@@ -79,6 +82,7 @@ setup(
             'camera_node = depth_person.nodes.executables:camera_node',
             'pose_node = depth_person.nodes.executables:pose_node',
             'depth_node = depth_person.nodes.executables:depth_node',
+            'mavlink_node = depth_person.nodes.executables:mavlink_node',
         ],
     },
 )

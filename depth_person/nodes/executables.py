@@ -21,6 +21,11 @@ def depth_node() -> int:
     return _run('depth_node', 'DepthNode')
 
 
+def mavlink_node() -> int:
+    """Run mavlink_node; return the exit code."""
+    return _run('mavlink_node', 'MavlinkNode')
+
+
 def _run(name: str, class_name: str) -> int:
     try:
         with deferred_interrupts():

@@ -7,6 +7,7 @@ from types import MappingProxyType
 
 from depth_person.settings.camera import CameraSettings
 from depth_person.settings.depth import DepthSettings
+from depth_person.settings.mavlink import MavlinkSettings
 from depth_person.settings.parameter import ParameterSpec, specs
 from depth_person.settings.pose import PoseSettings
 
@@ -18,6 +19,7 @@ PARAMETERS: Mapping[str, tuple[ParameterSpec, ...]] = MappingProxyType({
     'camera_node': specs(CameraSettings),
     'pose_node': specs(PoseSettings),
     'depth_node': specs(DepthSettings),
+    'mavlink_node': specs(MavlinkSettings),
 })
 
 
