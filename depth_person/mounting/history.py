@@ -17,7 +17,7 @@ _LONGEST_GAP_S = 0.5
 #: Over at least this time, seconds, is the rate taken that goes on after the newest sample.
 _BASE_S = 0.05
 #: Stamps that go back by more than this, seconds, are of a clock that has been set.
-_JUMP_S = 1.0
+_JUMP_S = 0.5
 _KEPT = 1000
 
 Value = TypeVar('Value')

@@ -131,7 +131,7 @@ class StageNode(ManagedNode, Generic[Settings]):
     def listen(
         self, message_type: type, topic: str, callback: Callable[[Any], None], *,
         optional: bool = False, while_inactive: bool = False,
-        profile: QoSProfile | None = None,
+        shared: bool = False, profile: QoSProfile | None = None,
     ) -> Subscription:
         """
         Return a subscription with the package's profile, unless parameters override it.
@@ -139,9 +139,11 @@ class StageNode(ManagedNode, Generic[Settings]):
         :param optional: whether silence on the topic is not worth a report.
         :param while_inactive: whether messages are taken while the node is inactive, too: those
             that stay true until the next one.
+        :param shared: whether several publishers on the topic are not worth a report.
         :param profile: in the place of the package's.
         """
-        traffic = Traffic(self.resolve_topic_name(topic), self.monitor, optional=optional)
+        traffic = Traffic(
+            self.resolve_topic_name(topic), self.monitor, optional=optional, shared=shared)
 
         def receive(message: Any) -> None:
             traffic.receive()
@@ -156,6 +158,10 @@ class StageNode(ManagedNode, Generic[Settings]):
             qos_overriding_options=overridable())
         self._traffic[subscription] = traffic
         return subscription
+
+    def crowded(self, subscription: Subscription) -> str:
+        """Return what is wrong if a topic that listen subscribed has several publishers."""
+        return self._traffic[subscription].crowded
 
     def stop_listening(self, subscription: Subscription) -> None:
         """Destroy a subscription that listen made."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 import time
 
-from sensor_msgs.msg import CameraInfo, CompressedImage, Image, Imu, PointCloud2
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image, PointCloud2
 from std_msgs.msg import Header
 from visualization_msgs.msg import MarkerArray
 
@@ -13,7 +13,6 @@ from depth_person.camera.intrinsics import Intrinsics
 from depth_person.distance.stage import DistanceStage
 from depth_person.distance.tracked import TrackedPeople
 from depth_person.errors import DepthPersonError
-from depth_person.nodes.attitude_input import AttitudeInput
 from depth_person.nodes.autopilot_outputs import AutopilotOutputs
 from depth_person.nodes.base import StageNode
 from depth_person.nodes.calibration_input import CalibrationInput
@@ -22,6 +21,7 @@ from depth_person.nodes.image_input import ImageInput
 from depth_person.nodes.image_messages import header, image_size, stamp_ns
 from depth_person.nodes.marker_messages import encode_markers
 from depth_person.nodes.monitor import Level
+from depth_person.nodes.mounting_input import MountingInput
 from depth_person.nodes.overlay_output import OverlayOutput
 from depth_person.nodes.watchdog import Age, Watchdog
 from depth_person.pose.people import People
@@ -55,9 +55,7 @@ class DepthNode(StageNode[DepthSettings]):
             self, self._on_image, compressed=self.settings.compressed, optional=True)
         self._calibration = CalibrationInput(
             self.monitor, topic=self.resolve_topic_name('camera_info'))
-        self._attitude = AttitudeInput(self.monitor, topic=self.resolve_topic_name('imu'))
-        if self.settings.attitude == 'imu':
-            self.listen(Imu, 'imu', self._attitude.take)
+        self._mounting = MountingInput(self)
         if not self._listen:
             self._handed_over_people = self.expect('pose_node')
         else:
@@ -134,8 +132,10 @@ class DepthNode(StageNode[DepthSettings]):
         """Publish how far the people of one image are; None if that came too late."""
         started = time.monotonic()
         image_stamp_ns = stamp_ns(image_header)
-        mounting = self._attitude.mounting_at(image_stamp_ns, self.settings)
-        tracked = self._stage.measure(people, intrinsics, mounting, stamp_ns=image_stamp_ns)
+        camera = self._mounting.at(image_stamp_ns, image_header.frame_id)
+        tracked = self._stage.measure(
+            people, intrinsics, camera.mounting, stamp_ns=image_stamp_ns,
+            camera_pose=camera.pose)
         age = self._watchdog.judge(
             stamp_ns=image_stamp_ns, now_ns=self.now_ns, max_age_s=self.settings.max_age)
         if age is Age.STALE:
@@ -144,7 +144,7 @@ class DepthNode(StageNode[DepthSettings]):
         self._markers.publish(encode_markers(tracked, image_header, intrinsics))
         if age is Age.FRESH:  # whoever flies by it cannot see how old it is
             self._autopilot.publish(
-                tracked, image_header, intrinsics, mounting, self.settings.camera_on_body())
+                tracked, image_header, intrinsics, camera.mounting, camera.on_body)
         self.monitor.frame()
         self.monitor.count('people', len(tracked))
         self.monitor.count('people predicted', int(tracked.predicted.sum()))

@@ -31,9 +31,16 @@ def publisher_profile() -> QoSProfile:
     return _profile(ReliabilityPolicy.RELIABLE, depth=5)
 
 
-def sensor_profile() -> QoSProfile:
-    """Return what camera data is subscribed with: best effort, the newest only."""
-    return _profile(ReliabilityPolicy.BEST_EFFORT, depth=1)
+def sensor_profile(*, depth: int = 1) -> QoSProfile:
+    """Return what sensor data is subscribed with: best effort, of images the newest only."""
+    return _profile(ReliabilityPolicy.BEST_EFFORT, depth=depth)
+
+
+def transform_profile(*, static: bool) -> QoSProfile:
+    """Return what transforms are subscribed with: all of them, static ones of the past, too."""
+    return _profile(
+        ReliabilityPolicy.RELIABLE, depth=100,
+        durability=DurabilityPolicy.TRANSIENT_LOCAL if static else DurabilityPolicy.VOLATILE)
 
 
 def mismatches(node: Node, endpoint: Publisher | Subscription) -> list[str]:
@@ -63,9 +70,12 @@ def _text(profile: QoSProfile) -> str:
     return f'{profile.reliability.name.lower()}, {profile.durability.name.lower()}'
 
 
-def _profile(reliability: ReliabilityPolicy, *, depth: int) -> QoSProfile:
+def _profile(
+    reliability: ReliabilityPolicy, *, depth: int,
+    durability: DurabilityPolicy = DurabilityPolicy.VOLATILE,
+) -> QoSProfile:
     """Return a profile without unset policies, so that it can be compared with others."""
     return QoSProfile(
-        reliability=reliability, depth=depth, durability=DurabilityPolicy.VOLATILE,
+        reliability=reliability, depth=depth, durability=durability,
         deadline=Infinite, lifespan=Infinite, liveliness=LivelinessPolicy.AUTOMATIC,
         liveliness_lease_duration=Infinite)

@@ -17,9 +17,15 @@ class Traffic:
 
     :param topic: its full name, or of what it takes the place.
     :param optional: whether silence is not reported.
+    :param shared: whether the topic may well have several publishers.
+    :ivar crowded: what is wrong when it has more than it should; empty while nothing is.
     """
 
-    def __init__(self, topic: str, monitor: Monitor, *, optional: bool = False) -> None:
+    def __init__(
+        self, topic: str, monitor: Monitor, *, optional: bool = False, shared: bool = False,
+    ) -> None:
+        self.crowded = ''
+        self._shared = shared
         self._topic = topic
         self._optional = optional
         self._monitor = monitor
@@ -66,8 +72,21 @@ class Traffic:
         else:
             self._monitor.clear(self._key('losses'))
 
+        self._count_publishers(publishers or 0)
+
+    def _count_publishers(self, number: int) -> None:
+        self.crowded = (
+            f'{number} publishers send on {self._topic}, where there should be one; what they '
+            'send is mixed up. End the others, or remap them'
+            if number > 1 and not self._shared else '')
+        if self.crowded:
+            self._monitor.fault(self._key('publishers'), Level.WARN, self.crowded)
+        else:
+            self._monitor.clear(self._key('publishers'))
+
     def forget(self) -> None:
         """Take back what was reported; the subscription has been given up."""
+        self._monitor.clear(self._key('publishers'))
         self._monitor.clear(self._key('silence'))
         self._monitor.clear(self._key('losses'))
 

@@ -10,13 +10,14 @@ from depth_person.distance.estimators import ESTIMATORS
 from depth_person.distance.following import FilterOptions
 from depth_person.distance.shoulder import ShoulderEstimator
 from depth_person.distance.stage import DistanceOptions
+from depth_person.settings.inputs import InputSettings
 from depth_person.settings.node import NodeSettings
 from depth_person.settings.parameter import parameter
-from depth_person.settings.vehicle import MountingSettings, ScanSettings
+from depth_person.settings.vehicle import ScanSettings
 
 
 @dataclass(frozen=True)
-class DepthSettings(ScanSettings, MountingSettings, NodeSettings):
+class DepthSettings(ScanSettings, InputSettings, NodeSettings):
     """
     The parameters of depth_node.
 
@@ -40,20 +41,6 @@ class DepthSettings(ScanSettings, MountingSettings, NodeSettings):
         read_only=False)
     children: bool = parameter(
         False, 'Whether people may be children; otherwise they are taken for adults.',
-        read_only=False)
-    attitude: str = parameter(
-        'unknown', "Where the camera's attitude comes from: `fixed`, the parameters alone; "
-        '`imu`, the topic imu and how the camera is mounted on that body.',
-        choices=('unknown', 'fixed', 'imu'))
-    attitude_sigma: float = parameter(
-        1.0, 'Standard deviation of the attitude, degrees.', minimum=0.01, maximum=30.0,
-        read_only=False)
-    camera_height: float = parameter(
-        0.0, 'Of the camera above the ground that people stand on, metres; 0 where it is not '
-        'known. With the attitude known, feet then tell distances, too.', minimum=0.0,
-        maximum=500.0, read_only=False)
-    camera_height_sigma: float = parameter(
-        0.1, 'Standard deviation of the height, metres.', minimum=0.001, maximum=50.0,
         read_only=False)
     filter: bool = parameter(
         True, 'Whether people are followed through time; otherwise each image is measured by '
