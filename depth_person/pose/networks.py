@@ -1,18 +1,39 @@
 """Which network a model is, and how it is opened."""
 from __future__ import annotations
 
-from depth_person.pose.movenet import MoveNet
+from pathlib import Path
+
+from depth_person.errors import DepthPersonError
+from depth_person.pose.graph import Graph
+from depth_person.pose.movenet import HEADS, INPUT, MoveNet
 from depth_person.pose.network import PoseNetwork
+from depth_person.pose.openpose import find_heads, OpenPose
 from depth_person.pose.options import PoseOptions
-from depth_person.pose.store import model_path
+from depth_person.pose.store import model_path, MODELS
 
 
 def open_network(options: PoseOptions) -> PoseNetwork:
     """
     Return the network of a model, ready to be called with images.
 
+    What kind a file holds is told by what the network takes and gives.
+
     :raises DepthPersonError: when it cannot be had, or is of no kind that is known here.
     """
+    path = model_path(options.model)
+    if options.model in MODELS:
+        return _movenet(path, options)
+    graph = Graph(path, threads=options.threads, provider=options.provider)
+    if {INPUT, *HEADS} <= {value.name for value in (*graph.inputs, *graph.outputs)}:
+        return _movenet(path, options)
+    if heads := find_heads(graph):
+        return OpenPose(graph, heads, options)
+    raise DepthPersonError(
+        f'{path} {graph}: that is none of the networks known here (MoveNet, RTMO, RTMPose, '
+        'OpenPose, BlazePose); msg_docs/networks.md says what each gives')
+
+
+def _movenet(path: Path, options: PoseOptions) -> MoveNet:
     return MoveNet(
-        model_path(options.model), input_size=options.input_size, min_score=options.min_score,
+        path, input_size=options.input_size, min_score=options.min_score,
         max_people=options.max_people, threads=options.threads, provider=options.provider)

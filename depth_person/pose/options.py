@@ -4,6 +4,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from depth_person.errors import DepthPersonError
+from depth_person.pose.image_tensor import AUTO, PIXEL_ORDERS, PIXEL_VALUES
 from depth_person.pose.movenet import SIDE_STEP
 from depth_person.pose.runtime import PROVIDERS
 from depth_person.pose.store import DEFAULT_MODEL
@@ -21,6 +22,10 @@ class PoseOptions:
     :ivar max_people: the surest so many are kept.
     :ivar threads: that the network may use; 0 for one a core.
     :ivar provider: of depth_person.pose.runtime.PROVIDERS.
+    :ivar provider_fallback: whether the CPU stands in for a provider that is not there.
+    :ivar detector: finds the people for a network that marks one person on a crop: as model.
+    :ivar pixel_order: in which a network from a file takes colours: of PIXEL_ORDERS, or AUTO.
+    :ivar pixel_values: in which it takes them: a name of PIXEL_VALUES, or AUTO.
     :raises DepthPersonError: when a value is out of its range.
     """
 
@@ -30,6 +35,10 @@ class PoseOptions:
     max_people: int = 20
     threads: int = 0
     provider: str = 'cpu'
+    provider_fallback: bool = True
+    detector: str = DEFAULT_MODEL
+    pixel_order: str = AUTO
+    pixel_values: str = AUTO
 
     def __post_init__(self) -> None:
         if self.input_size % SIDE_STEP or not 128 <= self.input_size <= 2048:
@@ -42,6 +51,9 @@ class PoseOptions:
             raise DepthPersonError(f'max_people {self.max_people} is not from 1 to 100')
         if self.threads < 0:
             raise DepthPersonError(f'threads {self.threads} is negative; 0 means one a core')
-        if self.provider not in PROVIDERS:
-            raise DepthPersonError(
-                f'unknown provider {self.provider!r}; choose {", ".join(PROVIDERS)}')
+        for name, known in (
+                ('provider', tuple(PROVIDERS)), ('pixel_order', (AUTO, *PIXEL_ORDERS)),
+                ('pixel_values', (AUTO, *PIXEL_VALUES))):
+            value = getattr(self, name)
+            if value not in known:
+                raise DepthPersonError(f'unknown {name} {value!r}; choose {", ".join(known)}')

@@ -1,7 +1,9 @@
 """One way to open a network with ONNX Runtime."""
 from __future__ import annotations
 
+from functools import lru_cache
 from pathlib import Path
+import warnings
 
 import onnxruntime
 
@@ -15,6 +17,30 @@ PROVIDERS = {
     'openvino': 'OpenVINOExecutionProvider',
 }
 
+#: The smallest ONNX file: y = x for one float. It shows whether a provider's libraries load.
+_SMALLEST = (
+    b'\x08\x08\x12\x00:7\n\x10\n\x01x\x12\x01y"\x08Identity\x12\x01gZ\x0f\n\x01x\x12\n\n\x08'
+    b'\x08\x01\x12\x04\n\x02\x08\x01b\x0f\n\x01y\x12\n\n\x08\x08\x01\x12\x04\n\x02\x08\x01B\x04'
+    b'\n\x00\x10\r')
+
+
+def settle_provider(provider: str, *, fallback: bool) -> tuple[str, str]:
+    """
+    Return the provider to use, and what is worth a warning; no text where it is as wanted.
+
+    A provider is usable when this build of ONNX Runtime has it and its libraries load.
+
+    :param provider: one of PROVIDERS.
+    :param fallback: whether the CPU may stand in.
+    :raises DepthPersonError: when it is not usable and nothing may stand in.
+    """
+    if _usable(provider):
+        return provider, ''
+    missing = _missing(provider)
+    if not fallback:
+        raise DepthPersonError(f'{missing}, or allow the CPU with provider_fallback: true')
+    return 'cpu', f'the network runs on the CPU, slower: {missing}'
+
 
 def open_session(
     path: Path, *, threads: int = 0, provider: str = 'cpu',
@@ -24,17 +50,12 @@ def open_session(
     Return a session of the network in an ONNX file.
 
     :param threads: that one run may use; 0 for one a core.
-    :param provider: one of PROVIDERS; what it cannot run falls to the CPU.
+    :param provider: one of PROVIDERS; single operations that it cannot run fall to the CPU.
     :param remedy: what to do when the file is no network.
     :raises DepthPersonError: when the provider is not there, or the file is no network.
     """
-    available = onnxruntime.get_available_providers()
-    wanted = PROVIDERS.get(provider)
-    if wanted not in available:
-        here = ', '.join(name for name, full in PROVIDERS.items() if full in available)
-        raise DepthPersonError(
-            f'ONNX Runtime has no provider {provider!r} here; it has {here}. '
-            'Choose one of these, or install the ONNX Runtime build that brings it')
+    if not _usable(provider):
+        raise DepthPersonError(_missing(provider))
     options = onnxruntime.SessionOptions()
     options.intra_op_num_threads = threads
     options.inter_op_num_threads = 1
@@ -42,9 +63,40 @@ def open_session(
     # Threads that wait by spinning make the bare network up to a quarter faster on a quiet
     # machine, but not the whole pipeline, whose other stages need the time that they burn.
     options.add_session_config_entry('session.intra_op.allow_spinning', '0')
-    providers = list(dict.fromkeys([wanted, PROVIDERS['cpu']]))
     try:
-        return onnxruntime.InferenceSession(str(path), options, providers)
+        return onnxruntime.InferenceSession(str(path), options, _with_helpers(provider))
     except Exception as error:  # its exceptions have no common base class but this
         raise DepthPersonError(
             f'ONNX Runtime cannot open {path}: {error}; {remedy}') from error
+
+
+def _with_helpers(provider: str) -> list[str]:
+    """Return a provider and those that take what it cannot run, in order."""
+    names = [provider, *(['cuda'] if provider == 'tensorrt' else []), 'cpu']
+    here = onnxruntime.get_available_providers()
+    return [PROVIDERS[name] for name in dict.fromkeys(names) if PROVIDERS[name] in here]
+
+
+@lru_cache
+def _usable(provider: str) -> bool:
+    wanted = PROVIDERS.get(provider)
+    if provider == 'cpu' or wanted not in onnxruntime.get_available_providers():
+        return provider == 'cpu'
+    options = onnxruntime.SessionOptions()
+    options.log_severity_level = 4  # a library that does not load is told by _missing
+    with warnings.catch_warnings():
+        warnings.simplefilter('ignore')
+        session = onnxruntime.InferenceSession(_SMALLEST, options, _with_helpers(provider))
+    return wanted in session.get_providers()
+
+
+def _missing(provider: str) -> str:
+    """Return that a provider is not there, what is, and what to do."""
+    available = onnxruntime.get_available_providers()
+    if PROVIDERS.get(provider) in available:
+        return (f"the libraries of ONNX Runtime's provider {provider!r} do not load here. "
+                'Install what it needs (its driver and libraries, in the versions that this '
+                'build of ONNX Runtime wants)')
+    here = ', '.join(name for name, full in PROVIDERS.items() if full in available)
+    return (f'ONNX Runtime has no provider {provider!r} here; it has {here}. '
+            'Choose one of these, or install the ONNX Runtime build that brings it')

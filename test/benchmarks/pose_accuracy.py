@@ -1,7 +1,7 @@
 """
 Measures what the pose stage finds in frames with known people, for several input sizes.
 
-    python test/benchmarks/pose_accuracy.py FOLDER [--sizes 256 512 ...]
+    python test/benchmarks/pose_accuracy.py FOLDER [--model FILE] [--sizes 256 512 ...]
 
 FOLDER holds gt/*.json and images/ as `depth_person evaluate` reads them. For each size: share of
 the people found, false people a frame, median error of a shoulder (its name aside), signed error
@@ -20,10 +20,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from depth_person.pose.movenet import MoveNet
-from depth_person.pose.pipeline import PoseOptions
+from depth_person.pose.networks import open_network
+from depth_person.pose.options import PoseOptions
 from depth_person.pose.skeleton import COCO17_ROWS, Keypoint
-from depth_person.pose.store import model_path
+from depth_person.pose.store import DEFAULT_MODEL
 
 #: COCO-18 rows that COCO-17 has too, and the row that each becomes in a mirror.
 MARKED = np.flatnonzero(COCO17_ROWS >= 0)
@@ -38,21 +38,21 @@ def main() -> None:
     parser.add_argument('folder', type=Path)
     parser.add_argument('--sizes', type=int, nargs='+', default=[256, 384, 512, 640, 1280])
     parser.add_argument('--every', type=int, default=1, help='take each so many frames')
+    parser.add_argument('--model', default=DEFAULT_MODEL, help='default %(default)s')
+    parser.add_argument('--min-score', type=float, default=PoseOptions.min_score)
     args = parser.parse_args()
     frames = [json.loads(path.read_text())
               for path in sorted((args.folder / 'gt').glob('*.json'))[::args.every]]
     print(f'{len(frames)} frames, {sum(len(frame["persons"]) for frame in frames)} people')
     print(' size  found  false  error px  signed u, v px  leaning')
     for size in args.sizes:
-        print(measure(args.folder, frames, size), flush=True)
+        print(measure(args.folder, frames, PoseOptions(
+            model=args.model, input_size=size, min_score=args.min_score)), flush=True)
 
 
-def measure(folder: Path, frames: list[dict[str, Any]], size: int) -> str:
-    """Return the line of the table for one input size."""
-    options = PoseOptions(input_size=size)
-    network = MoveNet(
-        model_path(options.model), input_size=size, min_score=options.min_score,
-        max_people=options.max_people)
+def measure(folder: Path, frames: list[dict[str, Any]], options: PoseOptions) -> str:
+    """Return the line of the table for one network and input size."""
+    network, size = open_network(options), options.input_size
     people = false = 0
     errors, signed, leaning = [], [], []
     for frame in frames:
