@@ -6,6 +6,7 @@ from contextlib import contextmanager
 import signal
 import threading
 from types import FrameType
+from typing import Any
 
 
 @contextmanager
@@ -41,7 +42,7 @@ def noted_interrupts() -> Iterator[threading.Event]:
         came.set()
         signal.signal(number, previous[number])
 
-    previous = {
+    previous: dict[int, Any] = {
         number: signal.signal(number, note) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
         yield came

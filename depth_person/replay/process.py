@@ -13,15 +13,16 @@ from rosbags.interfaces import Qos
 
 from depth_person.camera.bag_topics import COMPRESSED_IMAGE, IMAGE
 from depth_person.camera.frame import Frame
-from depth_person.distance.estimator import Mounting
-from depth_person.distance.tracked import CameraPose, TrackedPeople
+from depth_person.distance.tracked import TrackedPeople
 from depth_person.errors import DepthPersonError
+from depth_person.mounting.camera_state import CameraState
 from depth_person.pipeline import Pipeline
 from depth_person.pose.people import People
 from depth_person.replay.ahead import ahead
 from depth_person.replay.bags import BagWriter
-from depth_person.replay.input_bags import InputBags, RawMessage
+from depth_person.replay.input_bags import InputBags
 from depth_person.replay.steps import Step, StepReader
+from depth_person.replay.surroundings import Surroundings
 
 #: Frames that wait between two stages.
 _DEPTH = 4
@@ -45,23 +46,9 @@ class Codec(Protocol):
     topics: dict[str, ResultTopic]
 
     def encode(
-        self, frame: Frame, people: People, tracked: TrackedPeople, mounting: Mounting,
+        self, frame: Frame, people: People, tracked: TrackedPeople, camera: CameraState,
     ) -> Iterable[tuple[str, bytes]]:
         """Yield topic and message of everything that a frame gives."""
-        ...
-
-
-class Surroundings(Protocol):
-    """Knows the camera's attitude, height and place from messages that were recorded with it."""
-
-    topics: frozenset[str]
-
-    def take(self, message: RawMessage) -> None:
-        """Take a message of one of the topics."""
-        ...
-
-    def at(self, stamp_ns: int) -> tuple[Mounting, CameraPose | None]:
-        """Return what is known at the time of an image."""
         ...
 
 
@@ -140,13 +127,20 @@ class Processor:
         copied = self._add_topics(writer)
         with closing(ahead(self._reader.steps(), depth=_DEPTH)) as steps, \
                 closing(ahead(self._find(steps), depth=_DEPTH)) as found:
+            waiting: tuple[Step, People | None] | None = None
             for step, people in found:
-                self._write(writer, copied, step, people)
-                if step.image is not None:
+                for message in step.others:  # what comes after an image tells of it, too
+                    self._surroundings.take(message)
+                if waiting is not None:
+                    self._write(writer, copied, *waiting)
                     on_frame()
+                waiting = step, people
                 if stopping():
                     self._outcome.finished = False
                     break
+            if waiting is not None:
+                self._write(writer, copied, *waiting)
+                on_frame()
         self._report()
         return self._outcome
 
@@ -191,9 +185,6 @@ class Processor:
     def _write(
         self, writer: BagWriter, copied: frozenset[str], step: Step, people: People | None,
     ) -> None:
-        for message in step.others:
-            if message.topic in self._surroundings.topics:
-                self._surroundings.take(message)
         for message in [*step.others, *filter(None, [step.image])]:
             if message.topic in copied:
                 writer.write_raw(message.topic, message.time_ns, message.data)
@@ -204,15 +195,17 @@ class Processor:
         self._outcome.frames += 1
 
     def _results(self, frame: Frame, people: People) -> Iterable[tuple[str, bytes]]:
-        mounting, camera_pose = self._surroundings.at(frame.stamp_ns)
-        tracked = self._pipeline.measure(frame, people, mounting, camera_pose=camera_pose)
+        camera = self._surroundings.at(frame.stamp_ns, frame.frame_id)
+        tracked = self._pipeline.measure(
+            frame, people, camera.mounting, camera_pose=camera.pose)
         self._outcome.people += len(people)
-        return self._codec.encode(frame, people, tracked, mounting)
+        return self._codec.encode(frame, people, tracked, camera)
 
     def _report(self) -> None:
         """Put everything that was amiss into the outcome."""
         oddities, outcome = self._reader.oddities, self._outcome
-        outcome.faults += self._bags.faults
+        outcome.notes += self._surroundings.report.remarks
+        outcome.faults += [*self._bags.faults, *self._surroundings.report.faults]
         outcome.faults += [
             f'{count} messages on {topic} cannot be decoded'
             for topic, count in self._bags.undecodable.items()]

@@ -17,12 +17,12 @@ from depth_person.camera.bag_topics import choose_image_topic, choose_info_topic
 from depth_person.distance.estimators import ESTIMATORS
 from depth_person.errors import DepthPersonError
 from depth_person.interrupts import noted_interrupts
-from depth_person.nodes.recorded_surroundings import RecordedSurroundings
 from depth_person.nodes.result_codec import ResultCodec
 from depth_person.pipeline import Pipeline
 from depth_person.replay.bags import BagWriter
 from depth_person.replay.input_bags import InputBags
 from depth_person.replay.process import Job, Outcome, Processor
+from depth_person.replay.surroundings import Surroundings
 from depth_person.replay.unfinished import (
     begin_anew,
     keep_better,
@@ -101,25 +101,28 @@ def _process(args: argparse.Namespace, bags: InputBags) -> Outcome | None:
     """Write the bag; None where that has been done before."""
     job = _job(args, bags)
     pose, depth = _settings(args)
-    codec = ResultCodec(args.namespace)
+    namespace = f'/{args.namespace.strip("/")}/'.replace('//', '/')
+    codec = ResultCodec(depth, namespace=namespace)
     # What decides the results, and so whether a run can go on.
     settings = {
         'version': __version__, 'pose_node': asdict(pose), 'depth_node': asdict(depth),
-        'job': asdict(job), 'namespace': args.namespace, 'remap': args.remap,
+        'job': asdict(job), 'namespace': namespace, 'remap': args.remap,
         'compress': args.compress}
     if args.overwrite:
         begin_anew(args.output)
     if args.resume and _finished(args.output, settings):
         return None
-    processor_parts: dict[str, Any] = {
-        'pipeline': Pipeline(pose.pose_options(), depth.distance_options()), 'codec': codec,
-        'surroundings': RecordedSurroundings(depth, args.namespace, dict(_remaps(args.remap)))}
+    surroundings = Surroundings(
+        bags, depth, namespace=namespace, remaps=dict(_remaps(args.remap)))
+    pipeline = Pipeline(pose.pose_options(), depth.distance_options())
     before = set_aside(args.output, settings, codec.keypoint_topic) if args.resume else None
     try:
         with RecordedKeypoints(before, codec.keypoint_topic) as recorded:
+            processor = Processor(
+                bags, job, pipeline=pipeline, codec=codec, surroundings=surroundings,
+                recollection=recorded)
             return _run(
-                args, Processor(bags, job, recollection=recorded, **processor_parts),
-                total=bags.count(job.image_topic), settings=settings)
+                args, processor, total=bags.count(job.image_topic), settings=settings)
     finally:
         if before is not None:
             keep_better(args.output, before, codec.keypoint_topic)
