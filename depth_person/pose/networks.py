@@ -1,15 +1,20 @@
 """Which network a model is, and how it is opened."""
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 from depth_person.errors import DepthPersonError
+from depth_person.pose.blazepose import BlazePose, is_blazepose
 from depth_person.pose.graph import Graph
 from depth_person.pose.movenet import HEADS, INPUT, MoveNet
 from depth_person.pose.network import PoseNetwork
 from depth_person.pose.openpose import find_heads, OpenPose
 from depth_person.pose.options import PoseOptions
-from depth_person.pose.store import model_path, MODELS
+from depth_person.pose.rtmo import is_rtmo, Rtmo
+from depth_person.pose.simcc import is_simcc, SimCC
+from depth_person.pose.store import DEFAULT_MODEL, model_path, MODELS
+from depth_person.pose.topdown import CropNetwork, TopDown
 
 
 def open_network(options: PoseOptions) -> PoseNetwork:
@@ -28,9 +33,24 @@ def open_network(options: PoseOptions) -> PoseNetwork:
         return _movenet(path, options)
     if heads := find_heads(graph):
         return OpenPose(graph, heads, options)
+    if is_rtmo(graph):
+        return Rtmo(graph, options)
+    if is_simcc(graph):
+        return _top_down(SimCC(graph, options), options)
+    if is_blazepose(graph):
+        return _top_down(BlazePose(graph, options), options)
     raise DepthPersonError(
         f'{path} {graph}: that is none of the networks known here (MoveNet, RTMO, RTMPose, '
         'OpenPose, BlazePose); msg_docs/networks.md says what each gives')
+
+
+def _top_down(marker: CropNetwork, options: PoseOptions) -> TopDown:
+    """Return a network that marks people on crops, with the one that finds them."""
+    if model_path(options.detector) == model_path(options.model):
+        raise DepthPersonError(
+            f'the detector {options.detector} marks people on crops, and finds none; choose '
+            f'{DEFAULT_MODEL}')
+    return TopDown(open_network(replace(options, model=options.detector)), marker, options)
 
 
 def _movenet(path: Path, options: PoseOptions) -> MoveNet:

@@ -12,7 +12,7 @@ from depth_person.pose.image_tensor import check_image, ImageTensor, Pixels
 from depth_person.pose.options import PoseOptions
 from depth_person.pose.paf import group, Limb
 from depth_person.pose.skeleton import N_KEYPOINTS
-from depth_person.pose.warps import letterbox_matrix, to_raw
+from depth_person.pose.warps import fitted_size, letterbox_matrix, to_raw
 
 Array = NDArray[np.float32]
 
@@ -127,8 +127,9 @@ class OpenPose:
         check_image(image)
         self._graph.restart()
         raw_size = image.shape[1], image.shape[0]
-        fitted, size = self._sizes(raw_size)
-        matrix = letterbox_matrix(raw_size, fitted)[None]
+        size = self._tensor.size or fitted_size(
+            raw_size, self._options.input_size, step=_SIDE_STEP)
+        matrix = letterbox_matrix(raw_size, size)[None]
         outputs = self._graph.run(self._tensor.fill(image, matrix, size), self._heads.names)
         heat, field = self._split(outputs)
         options, layout = self._options, self._heads.layout
@@ -142,15 +143,6 @@ class OpenPose:
         keypoints[rows >= 0] = marked[rows[rows >= 0]]
         persons = (rows >= 0).sum(1) >= _MIN_KEYPOINTS
         return keypoints[persons][:options.max_people]
-
-    def _sizes(self, raw_size: tuple[int, int]) -> tuple[tuple[int, int], tuple[int, int]]:
-        """Return the width and height that the image gets, and those of the tensor."""
-        if self._tensor.size is not None:
-            return self._tensor.size, self._tensor.size
-        scale = self._options.input_size / max(raw_size)
-        width, height = (max(round(side * scale), 1) for side in raw_size)
-        padded = (-(-width // _SIDE_STEP) * _SIDE_STEP, -(-height // _SIDE_STEP) * _SIDE_STEP)
-        return (width, height), padded
 
     def _split(self, outputs: list[Array]) -> tuple[Array, Array]:
         """Return heat maps (h, w, n) and fields (h, w, m) from the outputs."""

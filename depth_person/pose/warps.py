@@ -51,3 +51,14 @@ def to_raw(matrices: Matrix, points: NDArray[np.floating]) -> NDArray[np.float32
     inverse = np.linalg.inv(matrices[:, :, :2])
     apart = points - matrices[:, None, :, 2]
     return np.einsum('nij,nkj->nki', inverse, apart).astype(np.float32)
+
+
+def fitted_size(raw_size: tuple[int, int], long_side: int, *, step: int) -> tuple[int, int]:
+    """
+    Return the size, in multiples of a step, that holds an image scaled to a longer side.
+
+    :param raw_size: width and height of the image.
+    """
+    scale = long_side / max(raw_size)
+    width, height = (max(round(side * scale), 1) for side in raw_size)
+    return -(-width // step) * step, -(-height // step) * step

@@ -1,0 +1,110 @@
+"""Networks that mark one person on a crop, with another that finds the people."""
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depth_person.pose.graph import Graph
+from depth_person.pose.image_tensor import check_image, ImageTensor
+from depth_person.pose.movenet import one_per_person
+from depth_person.pose.network import PoseNetwork
+from depth_person.pose.options import PoseOptions
+from depth_person.pose.warps import Matrix
+
+Array = NDArray[np.float32]
+
+#: Joints lie inside the body: its box is larger than theirs by this part of the longer side.
+_FLESH = 0.08
+#: A skeleton with fewer keypoints is no person.
+_MIN_KEYPOINTS = 3
+
+
+class CropNetwork(Protocol):
+    """Marks people whose places are roughly known."""
+
+    @property
+    def convention(self) -> str:
+        """As in PoseNetwork."""
+        ...
+
+    @property
+    def neck_measured(self) -> bool:
+        """As in PoseNetwork."""
+        ...
+
+    @property
+    def inference_s(self) -> float:
+        """As in PoseNetwork."""
+        ...
+
+    def __call__(self, image: NDArray[np.uint8], people: Array) -> Array:
+        """
+        Return the keypoints of people, marked on crops.
+
+        :param people: (n, 18, 3) as PoseNetwork gives them, n at least 1.
+        :returns: the same; who is no person after all has no keypoints.
+        """
+        ...
+
+
+class TopDown:
+    """
+    Finds people with one network and marks each on a crop with another.
+
+    People and their order are the detector's; keypoints and scores the other's.
+    """
+
+    def __init__(
+        self, detector: PoseNetwork, marker: CropNetwork, options: PoseOptions,
+    ) -> None:
+        self._detector, self._marker, self._options = detector, marker, options
+        self.convention, self.neck_measured = marker.convention, marker.neck_measured
+        self.inference_s = 0.0
+
+    def __call__(self, image: NDArray[np.uint8]) -> Array:
+        """Return the people in an image; see PoseNetwork."""
+        check_image(image)
+        people = self._detector(image)
+        self.inference_s = self._detector.inference_s
+        if not len(people):
+            return people
+        marked = self._marker(image, people)
+        self.inference_s += self._marker.inference_s
+        marked[..., 2] = np.minimum(marked[..., 2], 1)
+        marked[~(marked[..., 2] >= self._options.min_score)] = np.nan
+        marked = marked[np.isfinite(marked[..., 2]).sum(1) >= _MIN_KEYPOINTS]
+        return marked[one_per_person(marked, body_boxes(marked))]
+
+
+def body_boxes(people: Array) -> Array:
+    """
+    Return the boxes (n, 4) x0, y0, x1, y1 of people's bodies.
+
+    :param people: (n, 18, 3); each with some keypoint.
+    """
+    points = people[..., :2]
+    seen = np.isfinite(points)
+    low = np.where(seen, points, np.inf).min(1)
+    high = np.where(seen, points, -np.inf).max(1)
+    flesh = np.maximum(_FLESH * (high - low).max(1, keepdims=True, initial=0), 1)
+    return np.concatenate([low - flesh, high + flesh], 1)
+
+
+def run_crops(
+    graph: Graph, tensor: ImageTensor, image: NDArray[np.uint8], matrices: Matrix,
+    size: tuple[int, int], outputs: Sequence[str],
+) -> list[Array]:
+    """
+    Return a network's outputs for crops: in one run, or one by one where it takes one image.
+
+    :param matrices: (n, 2, 3) from raw pixels to those of the crops.
+    :param size: width and height of the crops.
+    """
+    graph.restart()
+    batch = len(matrices) if tensor.batched else 1
+    runs = [graph.run(tensor.fill(image, matrices[start:start + batch], size), outputs)
+            for start in range(0, len(matrices), batch)]
+    return [np.concatenate(each) for each in zip(*runs, strict=True)]
