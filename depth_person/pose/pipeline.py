@@ -34,6 +34,7 @@ class PoseEstimator:
 
         :param keypoints: (n, 18, 3) as the network gave them.
         """
+        keypoints = np.ascontiguousarray(keypoints)  # sums over another layout round otherwise
         return People(
             keypoints, self._tracker.update(keypoints, frame.stamp_ns),
             neck_measured=self._network.neck_measured, convention=self._network.convention)
