@@ -22,7 +22,7 @@ setup(
     maintainer_email='depth-person@example.org',
     license='Apache-2.0',
     packages=find_packages(include=[package_name, package_name + '.*']),
-    package_data={package_name: ['py.typed', 'distance/models/*']},
+    package_data={package_name: ['py.typed', 'camera/presets/*', 'distance/models/*']},
     python_requires='>=3.10,<3.14',
     install_requires=[
         'lz4>=4.0',

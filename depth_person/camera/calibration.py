@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 import yaml
 
 from depth_person.camera.intrinsics import Intrinsics
+from depth_person.camera.presets import load_preset
 from depth_person.errors import DepthPersonError
 
 
@@ -19,12 +20,14 @@ def load_camera_info(url: str, *, camera_name: str = 'camera') -> tuple[str, Int
     """
     Read a calibration file.
 
-    :param url: a path, or a URL as resolve_url takes it.
+    :param url: a path, a URL as resolve_url takes it, or preset://CAMERA/WIDTHxHEIGHT.
     :param camera_name: what ${NAME} in the URL stands for, and the name of a camera whose file
         gives none.
     :returns: the camera's name and its intrinsics.
     :raises DepthPersonError: naming the file and the key at fault.
     """
+    if is_preset(url):
+        return load_preset(url.partition('://')[2])
     path = resolve_url(url, camera_name=camera_name)
     try:
         document = yaml.safe_load(path.read_text(encoding='utf-8'))
@@ -42,6 +45,11 @@ def load_camera_info(url: str, *, camera_name: str = 'camera') -> tuple[str, Int
     except DepthPersonError as error:
         raise DepthPersonError(f'calibration {path}: {error}') from error
     return str(document.get('camera_name') or camera_name), intrinsics
+
+
+def is_preset(url: str) -> bool:
+    """Return whether a URL names a preset, which is nobody's to change."""
+    return url.startswith('preset://')
 
 
 def save_camera_info(path: str | Path, camera_name: str, intrinsics: Intrinsics) -> None:
@@ -111,7 +119,8 @@ def resolve_url(url: str, *, camera_name: str = 'camera') -> Path:
             raise DepthPersonError(f'{url} is incomplete; write package://NAME/PATH')
         return _package_share(package) / unquote(inside)
     raise DepthPersonError(
-        f'{url} cannot be opened; calibrations come from file://, package:// or a plain path')
+        f'{url} cannot be opened; calibrations come from file://, package://, preset:// or a '
+        'plain path')
 
 
 def _package_share(package: str) -> Path:

@@ -15,8 +15,10 @@ _DRIFT_S = 0.1
 _DISTRUST = 3
 #: A stream may take so long, seconds, to hand over what gathered while it was being opened.
 _LONGEST_BACKLOG_S = 2.0
-#: Frames that come so much sooner after each other than they were sent, seconds, are a backlog.
-_HURRY_S = 0.01
+#: Frames that come so much sooner after each other than they were sent, seconds, are a backlog;
+#: it has come to its end with so many frames in a row that do not.
+_HURRY_S = 0.003
+_CALM_FRAMES = 3
 
 
 class Stamper(Protocol):
@@ -68,6 +70,7 @@ class StreamStamps:
     def __init__(self) -> None:
         self._opened_s: float | None = None
         self._last_ms = 0.0
+        self._calm = 0
         self._settled = False
         self._drifts = 0
         self._quickest: deque[tuple[float, int]] = deque()  # (when, offset ns), offsets rising
@@ -92,7 +95,9 @@ class StreamStamps:
             self._opened_s = monotonic_s
         if not self._settled:
             calm = before_ns is not None and before_ns - offset_ns < _HURRY_S * 1e9
-            self._settled = calm or monotonic_s - self._opened_s > _LONGEST_BACKLOG_S
+            self._calm = self._calm + 1 if calm else 0
+            self._settled = (self._calm == _CALM_FRAMES
+                             or monotonic_s - self._opened_s > _LONGEST_BACKLOG_S)
         return self._settled
 
     def _remember(self, offset_ns: int, monotonic_s: float) -> None:

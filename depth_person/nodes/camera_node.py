@@ -9,14 +9,17 @@ import time
 from rosgraph_msgs.msg import Clock as ClockMessage
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 
-from depth_person.camera.calibration import load_camera_info
+from depth_person.camera.calibration import is_preset
 from depth_person.camera.deblur import wiener_deblur
 from depth_person.camera.frame import Frame
 from depth_person.camera.intrinsics import Intrinsics
+from depth_person.camera.optics import Uncalibrated
+from depth_person.camera.presets import preset_uncertainty
 from depth_person.camera.source import Source
 from depth_person.camera.sources import is_live, open_source
 from depth_person.errors import DepthPersonError
 from depth_person.nodes.base import StageNode
+from depth_person.nodes.calibration_service import CalibrationService
 from depth_person.nodes.frame_reader import FrameReader
 from depth_person.nodes.image_messages import encode_camera_info, encode_image, encode_jpeg, header
 from depth_person.nodes.monitor import Level
@@ -31,7 +34,7 @@ _NOISE_TO_SIGNAL = 0.01
 
 class CameraNode(StageNode[CameraSettings]):
     """
-    Publishes image_raw, image_raw/compressed and camera_info.
+    Publishes image_raw, image_raw/compressed and camera_info, and serves set_camera_info.
 
     Images are encoded only for who subscribes; camera_info is always published.
 
@@ -59,12 +62,13 @@ class CameraNode(StageNode[CameraSettings]):
                 'no source is given; set the parameter source to a video file, a folder of '
                 'images, a device such as /dev/video0, a stream URL or a bag')
         self._blur = settings.blur_kernel()
-        self._calibration: Intrinsics | None = None
-        if settings.camera_info_url:
-            _, self._calibration = load_camera_info(settings.camera_info_url)
+        self._optics = settings.optics()
+        if is_preset(settings.camera_info_url):
+            self._warn_of_preset(settings.camera_info_url)
         self._image = self.advertise(Image, 'image_raw')
         self._compressed = self.advertise(CompressedImage, 'image_raw/compressed')
         self._camera_info = self.advertise(CameraInfo, 'camera_info')
+        CalibrationService(self, url=settings.camera_info_url, take=self._recalibrate)
         self._on_clock = self._make_clock() if settings.publish_clock else None
         self._reader: FrameReader | None = None
         self.work('camera', self._run)
@@ -84,7 +88,8 @@ class CameraNode(StageNode[CameraSettings]):
         return open_source(
             settings.source, frame_id=settings.frame_id, fps=settings.fps or None,
             loop=settings.loop, image_topic=settings.image_topic or None,
-            clock=lambda: self.now_ns, timeout_s=settings.timeout)
+            clock=lambda: self.now_ns, timeout_s=settings.timeout,
+            device=settings.device_options(), rtsp_transport=settings.rtsp_transport)
 
     def _run(self, stopping: threading.Event) -> None:
         """Read from the source's present, or a recording's first frame, until told to stop."""
@@ -94,7 +99,7 @@ class CameraNode(StageNode[CameraSettings]):
         if self.settings.wait_for_subscribers:
             self._wait_for_subscribers(stopping)
         for frame in self._reader.frames():
-            self._publish(self._calibrated(self._sharpened(frame)))
+            self._publish(self._calibrated(self._shifted(self._sharpened(frame))))
         if not stopping.is_set():
             self._ended.set()
 
@@ -115,32 +120,36 @@ class CameraNode(StageNode[CameraSettings]):
         return replace(frame, image=wiener_deblur(
             frame.image, self._blur, noise_to_signal=_NOISE_TO_SIGNAL))
 
+    def _shifted(self, frame: Frame) -> Frame:
+        offset_ns = round(self.settings.time_offset * 1e9)
+        return replace(frame, stamp_ns=frame.stamp_ns + offset_ns) if offset_ns else frame
+
     def _calibrated(self, frame: Frame) -> Frame:
-        """Return the frame with the intrinsics that it is published with, if they fit it."""
-        intrinsics = self._intrinsics(frame)
-        if intrinsics is None:
-            self.monitor.fault(
-                'calibration', Level.WARN, 'the camera is uncalibrated, so no distance can be '
-                'had; set camera_info_url to a calibration file, or horizontal_fov')
-        elif not intrinsics.fits(frame.image):
-            height, width = frame.image.shape[:2]
-            self.monitor.fault(
-                'calibration', Level.ERROR,
-                f'the calibration is for {intrinsics.width}x{intrinsics.height} px, the images '
-                f'have {width}x{height}; calibrate the camera at this resolution')
-            intrinsics = None
+        """Return the frame as wide as it shall be, with its intrinsics if there are any."""
+        optics = self._optics
+        height, width = frame.image.shape[:2]
+        frame = optics.shrink(frame)
+        intrinsics: Intrinsics | None = None
+        try:
+            intrinsics = optics.intrinsics(frame, taken=(width, height))
+        except Uncalibrated as error:
+            self.monitor.fault('calibration', Level.WARN, str(error))
+        except DepthPersonError as error:
+            self.monitor.fault('calibration', Level.ERROR, str(error))
         else:
             self.monitor.clear('calibration')
         return frame if intrinsics is frame.intrinsics else replace(frame, intrinsics=intrinsics)
 
-    def _intrinsics(self, frame: Frame) -> Intrinsics | None:
-        if self._calibration is not None:
-            return self._calibration
-        if self.settings.horizontal_fov:
-            height, width = frame.image.shape[:2]
-            return Intrinsics.from_horizontal_fov(
-                self.settings.horizontal_fov, width=width, height=height)
-        return frame.intrinsics
+    def _recalibrate(self, intrinsics: Intrinsics) -> None:
+        self._optics = replace(self._optics, calibration=intrinsics)
+        self.monitor.value('calibration', 'set by set_camera_info')
+
+    def _warn_of_preset(self, url: str) -> None:
+        percent = 100 * preset_uncertainty(url.partition('://')[2])
+        text = (f'{url}: nominal, the focal length is good to about {percent:g} %, and so are '
+                'distances; lens distortion is left out')
+        self.monitor.value('calibration', text)
+        self.get_logger().warning(text)
 
     def _publish(self, frame: Frame) -> None:
         if self._deliver is not None:
