@@ -1,14 +1,16 @@
 """The node that tells an autopilot of people, over MAVLink."""
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 import math
+from typing import Any
 
 from geometry_msgs.msg import PoseWithCovarianceStamped
 import numpy as np
 from numpy.typing import NDArray
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
+from rclpy.subscription import Subscription
 from sensor_msgs.msg import LaserScan, PointCloud2
 from std_msgs.msg import Header
 
@@ -55,18 +57,21 @@ class MavlinkNode(StageNode[MavlinkSettings]):
             now_ns=lambda: self.now_ns)
         self._started_ns = self.now_ns
         self._watchdog = Watchdog(self.monitor)
-        self._topics: list[str] = []
-        for wanted, kind, topic, callback in (
-                (settings.obstacle_distance, LaserScan, 'scan', self._on_scan),
-                (settings.obstacle_distance_3d, PointCloud2, 'people', self._on_people),
-                (settings.follow_target, PoseWithCovarianceStamped, 'target', self._on_target)):
-            if wanted:
-                # Who has nobody to follow gets no target, which is no fault.
-                listener = self.listen(
-                    kind, f'person_depth/{topic}', callback, optional=topic == 'target')
-                self._topics.append(listener.topic_name)
+        self._topics: dict[str, Subscription] = {}
+        if settings.obstacle_distance:
+            self._listen_to('scan', LaserScan, self._on_scan)
+        if settings.obstacle_distance_3d:
+            self._listen_to('people', PointCloud2, self._on_people)
+        if settings.follow_target:  # with nobody to follow there is none, which is no fault
+            self._listen_to('target', PoseWithCovarianceStamped, self._on_target, optional=True)
         self.work('mavlink', self._link.run)
         self.create_timer(_REPORT_S, self._report, clock=Clock(clock_type=ClockType.STEADY_TIME))
+
+    def _listen_to(
+        self, name: str, kind: type, callback: Callable[[Any], None], *, optional: bool = False,
+    ) -> None:
+        self._topics[name] = self.listen(
+            kind, f'person_depth/{name}', callback, optional=optional)
 
     def _on_scan(self, message: LaserScan) -> None:
         ranges = np.asarray(message.ranges, np.float32)
@@ -76,7 +81,7 @@ class MavlinkNode(StageNode[MavlinkSettings]):
                 'degrees is not sent; check which node publishes person_depth/scan')
             return
         self.monitor.clear('scan')
-        if self._fit(message.header):
+        if self._fit('scan', message.header):
             self._send('OBSTACLE_DISTANCE', [self._companion.obstacle_distance(
                 ranges, stamp_ns=stamp_ns(message.header), range_min=message.range_min,
                 range_max=message.range_max)])
@@ -88,7 +93,7 @@ class MavlinkNode(StageNode[MavlinkSettings]):
             self.monitor.fault('people', Level.ERROR, str(error))
             return
         self.monitor.clear('people')
-        if not self._fit(message.header):
+        if not self._fit('people', message.header):
             return
         options = self.settings.scan_options()
         self._send('OBSTACLE_DISTANCE_3D', self._companion.obstacles_3d(
@@ -96,7 +101,7 @@ class MavlinkNode(StageNode[MavlinkSettings]):
             range_min=options.range_min, range_max=options.range_max))
 
     def _on_target(self, message: PoseWithCovarianceStamped) -> None:
-        if not self._fit(message.header):
+        if not self._fit('target', message.header):
             return
         position = message.pose.pose.position
         found = self._peer.place_of(
@@ -134,15 +139,11 @@ class MavlinkNode(StageNode[MavlinkSettings]):
     def _boot_ms(self, header: Header) -> int:
         return self._peer.boot_ms(stamp_ns(header), else_boot_ns=self._started_ns)
 
-    def _fit(self, header: Header) -> bool:
-        """Return whether what comes with this header may be sent; report if not."""
-        crowded = [topic for topic in self._topics if self.count_publishers(topic) > 1]
-        if crowded:
-            self.monitor.fault(
-                'publishers', Level.ERROR, f'two nodes publish {crowded[0]}: nothing is sent, as '
-                'they may contradict each other; stop one of them')
+    def _fit(self, name: str, header: Header) -> bool:
+        """Return whether what comes with this header may be sent; what may not is reported."""
+        if self.crowded(self._topics[name]):  # they may contradict each other
+            self.monitor.count('not sent')
             return False
-        self.monitor.clear('publishers')
         age = self._watchdog.judge(
             stamp_ns=stamp_ns(header), now_ns=self.now_ns, max_age_s=self.settings.max_age)
         return age is Age.FRESH

@@ -34,6 +34,9 @@ class MavlinkSettings(ScanSettings, MountingSettings, NodeSettings):
     obstacle_distance_3d: bool = parameter(
         False, 'Send OBSTACLE_DISTANCE_3D: each person in three dimensions. ArduPilot knows it, '
         'PX4 does not; on ArduPilot send one of the two only.')
+    mounting: str = parameter(
+        'fixed', 'As for depth_node. OBSTACLE_DISTANCE_3D needs a camera that does not move on '
+        'the vehicle.', choices=('fixed', 'tf'))
     follow_target: bool = parameter(
         False, 'Send FOLLOW_TARGET: person_depth/target on the Earth, by the position and '
         'attitude that the autopilot sends.')
@@ -44,6 +47,10 @@ class MavlinkSettings(ScanSettings, MountingSettings, NodeSettings):
     def __post_init__(self) -> None:
         self.scan_options()
         parse_connection(self.connection)
+        if self.obstacle_distance_3d and self.mounting != 'fixed':
+            raise DepthPersonError(
+                'obstacle_distance_3d takes a camera that does not move on the vehicle (mounting '
+                'fixed); send obstacle_distance, which knows of gimbals')
         if self.follow_system_id == self.system_id:
             raise DepthPersonError(
                 f'follow_system_id and system_id are both {self.system_id}; autopilots do not '
