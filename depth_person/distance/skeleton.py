@@ -32,6 +32,9 @@ LARGEST_SHARE = 0.6
 SHARING_KEYPOINTS = 8
 #: Body and ground that differ by more sigmas contradict each other: the ground is left out.
 CONTRADICTION = 3.0
+#: The ground is left out where it would have less than this share: its error says that the body
+#: knows better.
+LEAST_WORTH = 0.1
 
 _LOG_RANGES = np.log(RANGES)
 _SHOULDERS = [Keypoint.R_SHOULDER, Keypoint.L_SHOULDER]
@@ -150,14 +153,16 @@ def _neck(people: People, rays: _Array, view: Canonical, lifted: Lifted) -> _Arr
 def _fused(
     body: _Array, body_sigma: _Array, ground: _Array, ground_sigma: _Array,
 ) -> tuple[_Array, _Array, NDArray[np.uint8]]:
-    """Return log-range, its spread and the cues: the body, and the ground where it agrees."""
+    """Return log-range, its spread and the cues: the body, and the ground where it helps."""
     if np.isnan(ground).all():
         return body, body_sigma, np.full(len(body), Cue.SKELETON, np.uint8)
     with np.errstate(invalid='ignore'):
-        agree = np.abs(body - ground) <= CONTRADICTION * np.hypot(body_sigma, ground_sigma)
-    weight = np.where(agree, body_sigma ** 2 / (body_sigma ** 2 + ground_sigma ** 2), 0.0)
-    log_range = body + weight * np.where(agree, ground - body, 0.0)
-    cues = np.where(agree, Cue.SKELETON | Cue.GROUND, Cue.SKELETON).astype(np.uint8)
+        worth = body_sigma ** 2 / (body_sigma ** 2 + ground_sigma ** 2)
+        used = ((np.abs(body - ground) <= CONTRADICTION * np.hypot(body_sigma, ground_sigma))
+                & (worth >= LEAST_WORTH))
+    weight = np.where(used, worth, 0.0)
+    log_range = body + weight * np.where(used, ground - body, 0.0)
+    cues = np.where(used, Cue.SKELETON | Cue.GROUND, Cue.SKELETON).astype(np.uint8)
     return log_range, body_sigma * np.sqrt(1 - weight), cues
 
 

@@ -1,9 +1,10 @@
-from average_body import standing_at
+from average_body import CAMERA, seen, standing_at
 import numpy as np
 import pytest
 
-from depth_person.distance.estimator import Mounting
+from depth_person.distance.estimator import Cue, Mounting
 from depth_person.distance.ground import ground_range, LEGS
+from depth_person.distance.skeleton import SkeletonEstimator
 
 DOWN = np.array([0.0, 1.0, 0.0])
 HEIGHT = 1.6
@@ -20,11 +21,11 @@ def told(points, *, hidden=(), noise=1e-3, mounting=None):
     return np.exp(log_range[0]), sigma[0]
 
 
-def on_ground(distance, *, box=0.0):
+def on_ground(distance, *, box=0.0, height=HEIGHT):
     """Stand a body on the level its keypoints' heights belong to, or on a box above it."""
     sole = standing_at((0.3, 0.0, distance))
     ankles = sole[[10, 13], 1].mean()
-    return sole + np.array([0, HEIGHT - LEGS[0][1] - box - ankles, 0])
+    return sole + np.array([0, height - LEGS[0][1] - box - ankles, 0])
 
 
 @pytest.mark.parametrize('distance', [2.0, 4.0, 8.0, 15.0])
@@ -57,6 +58,25 @@ def test_pitch_error_is_what_the_spread_says_far_away():
     tilted = np.array([0.0, np.cos(0.01), np.sin(0.01)])
     off = told(points, mounting=Mounting(tilted, 0.01, HEIGHT, 0.05))[0]
     assert 0.5 * sigma < abs(np.log(off / told(points)[0])) < 1.5 * sigma
+
+
+def test_one_degree_is_four_metres_at_twenty_from_two_metres_up():
+    points = on_ground(20.0, height=2.0)
+    estimate, sigma = told(points, mounting=Mounting(DOWN, np.radians(1.0), 2.0, 0.0))
+    assert estimate * sigma == pytest.approx(4.0, abs=0.4)
+
+
+@pytest.mark.parametrize(('distance', 'attitude_deg', 'used'), [
+    (4.0, 1.0, True), (20.0, 0.1, True), (20.0, 1.0, False), (4.0, 5.0, False)])
+def test_the_ground_is_used_only_where_its_error_says_so(distance, attitude_deg, used):
+    points = on_ground(distance, height=2.0)
+    mounting = Mounting(DOWN, np.radians(attitude_deg), 2.0, 0.05)
+    alone, both = (SkeletonEstimator().estimate(seen(points), CAMERA, each)
+                   for each in (Mounting(gravity=DOWN, gravity_sigma=mounting.gravity_sigma),
+                                mounting))
+    assert bool(both.cues[0] & Cue.GROUND) == used
+    assert (both.range_sigma[0] < 0.97 * alone.range_sigma[0]) == used
+    assert (both.range[0] != alone.range[0]) == used
 
 
 def test_someone_on_a_box_seems_farther_away():
