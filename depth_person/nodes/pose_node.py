@@ -44,6 +44,8 @@ class PoseNode(StageNode[PoseSettings]):
     def configure(self) -> None:
         """Load the network, and make the topics."""
         self._estimator = PoseEstimator(self.settings.pose_options())
+        if self._estimator.warning:
+            self.monitor.fault('provider', Level.WARN, self._estimator.warning)
         self._keypoints = self.advertise(PointCloud2, 'person_keypoints')
         self._mailbox: Mailbox[Frame | Image | CompressedImage] = self.consume(
             'pose', self._process)

@@ -1,13 +1,16 @@
 """What the pose stage may be told."""
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from depth_person.errors import DepthPersonError
 from depth_person.pose.image_tensor import AUTO, PIXEL_ORDERS, PIXEL_VALUES
 from depth_person.pose.movenet import SIDE_STEP
-from depth_person.pose.runtime import PROVIDERS
-from depth_person.pose.store import DEFAULT_MODEL
+from depth_person.pose.runtime import PROVIDERS, settle_provider
+from depth_person.pose.store import DEFAULT_MODEL, DEFAULT_REFINER
+
+#: The refiner of a pose stage whose network does all at every frame.
+NO_REFINER = 'none'
 
 
 @dataclass(frozen=True)
@@ -18,8 +21,12 @@ class PoseOptions:
     :ivar model: a name of depth_person.pose.store.MODELS, or the path of an ONNX file.
     :ivar input_size: longer side of the image that the network sees, pixels; a multiple of 32.
         Networks for one person have a size of their own.
+    :ivar refiner: a MoveNet for one person that marks everybody on a crop at every frame, as
+        model, while the MoveNet for many people only looks for new ones; NO_REFINER for none.
+    :ivar detection_budget: what these looks may cost a frame, ms by the model of
+        depth_person.pose.looks; 0 for none but at the first frame.
     :ivar min_score: keypoints that score less are missing.
-    :ivar max_people: the surest so many are kept.
+    :ivar max_people: so many are kept: the nearest, or the surest where there is no refiner.
     :ivar threads: that the network may use; 0 for one a core.
     :ivar provider: of depth_person.pose.runtime.PROVIDERS.
     :ivar provider_fallback: whether the CPU stands in for a provider that is not there.
@@ -33,6 +40,8 @@ class PoseOptions:
     input_size: int = 512
     min_score: float = 0.2
     max_people: int = 20
+    refiner: str = DEFAULT_REFINER
+    detection_budget: float = 8.0
     threads: int = 0
     provider: str = 'cpu'
     provider_fallback: bool = True
@@ -49,6 +58,9 @@ class PoseOptions:
             raise DepthPersonError(f'min_score {self.min_score:g} is not between 0 and 1')
         if not 1 <= self.max_people <= 100:
             raise DepthPersonError(f'max_people {self.max_people} is not from 1 to 100')
+        if not 0.0 <= self.detection_budget <= 1000.0:
+            raise DepthPersonError(
+                f'detection_budget {self.detection_budget:g} is not from 0 to 1000 ms')
         if self.threads < 0:
             raise DepthPersonError(f'threads {self.threads} is negative; 0 means one a core')
         for name, known in (
@@ -57,3 +69,13 @@ class PoseOptions:
             value = getattr(self, name)
             if value not in known:
                 raise DepthPersonError(f'unknown {name} {value!r}; choose {", ".join(known)}')
+
+
+def settled(options: PoseOptions) -> tuple[PoseOptions, str]:
+    """
+    Return options whose provider can be used here, and a warning where it is another one.
+
+    :raises DepthPersonError: when the provider is not there, and the CPU may not stand in.
+    """
+    provider, warning = settle_provider(options.provider, fallback=options.provider_fallback)
+    return replace(options, provider=provider), warning

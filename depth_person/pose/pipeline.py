@@ -5,28 +5,37 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depth_person.camera.frame import Frame
+from depth_person.pose.movenet import MoveNet
+from depth_person.pose.network import PoseNetwork
 from depth_person.pose.networks import open_network
-from depth_person.pose.options import PoseOptions
+from depth_person.pose.options import NO_REFINER, PoseOptions
 from depth_person.pose.people import People
+from depth_person.pose.refine import Refiner
+from depth_person.pose.schedule import Schedule
+from depth_person.pose.store import model_path
 from depth_person.pose.tracking import Tracker
+from depth_person.pose.two_speed import TwoSpeed
 
 
 class PoseEstimator:
     """Finds the people of one camera's frames, taken in the order of their stamps."""
 
     def __init__(self, options: PoseOptions) -> None:
-        """Open the network; raise DepthPersonError when it cannot be had."""
+        """Open the networks; raise DepthPersonError when one cannot be had."""
         self._network = open_network(options)
         self._tracker = Tracker()
+        self._two_speed = _two_speed(self._network, options, self._tracker)
 
     @property
     def inference_s(self) -> float:
-        """Seconds that the network alone took for the last frame."""
-        return self._network.inference_s
+        """Seconds that the networks alone took for the last frame."""
+        return (self._network if self._two_speed is None else self._two_speed).inference_s
 
     def estimate(self, frame: Frame) -> People:
-        """Return the people in a frame, surest first."""
-        return self.recall(frame, self._network(frame.image))
+        """Return the people in a frame, nearest first; the surest first without a refiner."""
+        if self._two_speed is None:
+            return self.recall(frame, self._network(frame.image))
+        return self._people(*self._two_speed.estimate(frame))
 
     def recall(self, frame: Frame, keypoints: NDArray[np.float32]) -> People:
         """
@@ -34,7 +43,25 @@ class PoseEstimator:
 
         :param keypoints: (n, 18, 3) as the network gave them.
         """
-        keypoints = np.ascontiguousarray(keypoints)  # sums over another layout round otherwise
+        return self._people(keypoints, self._tracker.update(keypoints, frame.stamp_ns))
+
+    def _people(self, keypoints: NDArray[np.float32], track_ids: NDArray[np.int32]) -> People:
         return People(
-            keypoints, self._tracker.update(keypoints, frame.stamp_ns),
-            neck_measured=self._network.neck_measured, convention=self._network.convention)
+            keypoints, track_ids, neck_measured=self._network.neck_measured,
+            convention=self._network.convention)
+
+
+def _two_speed(
+    network: PoseNetwork, options: PoseOptions, tracker: Tracker,
+) -> TwoSpeed | None:
+    """Return the two speeds of a MoveNet for many people; None for any other network."""
+    if not isinstance(network, MoveNet) or network.side is not None:
+        return None
+    if options.refiner == NO_REFINER:
+        return None
+    refiner = Refiner(
+        model_path(options.refiner), threads=options.threads, provider=options.provider)
+    schedule = Schedule(budget_ms=options.detection_budget, input_side=options.input_size)
+    return TwoSpeed(
+        network, refiner, schedule, tracker, min_score=options.min_score,
+        max_people=options.max_people)
