@@ -77,13 +77,14 @@ class MountingInput:
                 'tf', Level.WARN, '/tf cannot be heard, since this installation has no tf2_msgs '
                 '(the wheels of ROS 2 lack it). Use a native ROS 2, or publish the transforms one '
                 f'by one on {self._node.resolve_topic_name("transforms")} '
-                '(geometry_msgs/TransformStamped)', lasting=True)
+                '(geometry_msgs/TransformStamped)')
             return
         for static in (False, True):
             self._listen_to_transforms(kind, '/tf_static' if static else '/tf', static=static)
 
     def _listen_to_transforms(self, kind: type, topic: str, *, static: bool) -> None:
         def take(message: Any) -> None:
+            self._node.monitor.clear('tf')
             single = isinstance(message, TransformStamped)
             self._inputs.take_transforms(
                 [message] if single else message.transforms, static=static)

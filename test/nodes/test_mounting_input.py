@@ -1,0 +1,193 @@
+"""depth_node told the attitude, height and motion of a vehicle over DDS."""
+import sys
+import time
+from types import SimpleNamespace as Fields
+
+from geometry_msgs.msg import PoseStamped, TransformStamped
+from nav_msgs.msg import Odometry
+import pytest
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from sensor_msgs.msg import CameraInfo, Imu, LaserScan, PointCloud2, Range
+from std_msgs.msg import Float64
+from test_depth_node import camera_info, keypoints
+from test_depth_node_attitude import CUES, GROUND, STANDING
+
+from depth_person.nodes.monitor import Monitor
+from depth_person.nodes.mounting_input import MountingInput
+from depth_person.settings.depth import DepthSettings
+
+BEST_EFFORT = QoSProfile(depth=5, reliability=ReliabilityPolicy.BEST_EFFORT)
+LATCHED = QoSProfile(depth=5, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+KINDS = {'imu': Imu, 'rangefinder': Range, 'pose': PoseStamped, 'odometry': Odometry,
+         'transforms': TransformStamped}
+
+
+class Vehicle:
+    """A depth_node that sees one person 6 m ahead, and what a vehicle 1.5 m up would publish."""
+
+    def __init__(self, domain, *topics, **parameters):
+        self.domain = domain
+        words = [word for name, value in parameters.items() for word in ('-p', f'{name}:={value}')]
+        domain.start('depth_node', '--ros-args', *words)
+        self.people = domain.listen(PointCloud2, 'person_depth/people')
+        self.scans = domain.listen(LaserScan, 'person_depth/scan')
+        self.publishers = {
+            topic: domain.publisher(
+                KINDS[topic], topic, 10 if topic == 'transforms' else BEST_EFFORT)
+            for topic in topics}
+        self.camera_info = domain.publisher(CameraInfo, 'camera_info')
+        self.keypoints = domain.publisher(PointCloud2, 'person_keypoints')
+
+    def tell(self, stamp, *, height=1.5, quaternion=(0.0, 0.0, 0.0, 1.0)):
+        for topic, publisher in self.publishers.items():
+            message = KINDS[topic]()
+            message.header.stamp = stamp
+            if topic == 'rangefinder':
+                message.range, message.min_range, message.max_range = height, 0.2, 40.0
+            pose = {'pose': lambda each: each.pose, 'odometry': lambda each: each.pose.pose}
+            if topic in pose:
+                pose[topic](message).position.z = height
+            oriented = {'imu': lambda each: each, **pose}
+            if topic in oriented:
+                orientation = oriented[topic](message).orientation
+                orientation.x, orientation.y, orientation.z, orientation.w = quaternion
+            if topic == 'transforms':
+                message.header.frame_id, message.child_frame_id = 'map', 'base_link'
+                message.transform.translation.z = height
+            publisher.publish(message)
+
+    def see(self, **told):
+        """Send one image's keypoints with what the vehicle tells then; return the cues."""
+        self.people.clear()
+        self.camera_info.publish(camera_info())
+        cloud = keypoints(STANDING)
+        cloud.header.stamp.sec, cloud.header.stamp.nanosec = divmod(time.time_ns(), 10**9)
+        self.tell(cloud.header.stamp, **told)
+        self.domain.spin_for(0.05)
+        self.keypoints.publish(cloud)
+        self.domain.spin_for(0.1)
+        return self.people[-1].data[CUES] if self.people else None
+
+    def sees_the_ground(self, **told):
+        self.domain.spin_until(lambda: (self.see(**told) or 0) & GROUND)
+
+    def loses_the_ground(self, **told):
+        self.domain.spin_until(lambda: (self.see(**told) or GROUND) & GROUND == 0)
+
+
+def test_a_vehicle_brings_the_ground_in_and_its_silence_takes_it_out(domain):
+    vehicle = Vehicle(domain, 'odometry', **dict.fromkeys(
+        ('attitude', 'height', 'camera_pose'), 'odometry'))
+    vehicle.sees_the_ground()
+    figures = {pair.key: pair.value for pair in domain.status('depth_node').values}
+    assert (figures['attitude'], figures['height']) == ('known', 'known')
+    assert figures['odometry age'].endswith(' ms')
+    silent, vehicle.publishers = vehicle.publishers, {}
+    domain.spin_for(0.3)
+    vehicle.loses_the_ground()
+    assert 'before the image' in domain.fault('depth_node', 'no sample on /odometry').message
+    vehicle.publishers = silent
+    vehicle.sees_the_ground()
+
+
+def test_what_cannot_be_right_is_named_and_no_scan_is_made_of_it(domain):
+    vehicle = Vehicle(domain, 'imu', 'rangefinder', attitude='imu', height='rangefinder')
+    vehicle.sees_the_ground()
+    assert vehicle.scans
+    domain.spin_for(0.3)
+    vehicle.loses_the_ground(quaternion=(0.0, 0.0, 0.0, 0.0))
+    domain.spin_for(0.3)
+    vehicle.scans.clear()
+    vehicle.see(quaternion=(0.0, 0.0, 0.0, 0.0))
+    assert vehicle.people
+    assert not vehicle.scans
+    domain.fault('depth_node', 'a quaternion of length 0 instead of 1')
+    vehicle.loses_the_ground(height=-2.0)
+    domain.fault('depth_node', '-2 m is not within 0.2 to 40 m')
+    vehicle.sees_the_ground()
+
+
+def test_two_publishers_on_one_topic_are_named_and_not_used(domain):
+    vehicle = Vehicle(domain, 'imu', attitude='imu', camera_height=1.5)
+    vehicle.sees_the_ground()
+    second = domain.node.create_publisher(Imu, 'imu', BEST_EFFORT)
+    vehicle.loses_the_ground()
+    domain.fault('depth_node', '2 publishers send on /imu')
+    domain.node.destroy_publisher(second)
+    vehicle.sees_the_ground()
+
+
+def test_transforms_are_taken_without_tf2_and_unknown_frames_named(domain):
+    vehicle = Vehicle(domain, 'transforms', attitude='tf', height='tf', camera_pose='tf',
+                      mounting='tf')
+    vehicle.see()
+    message = domain.fault('depth_node', 'is unknown to TF').message
+    assert "frame 'camera_optical_frame' is unknown to TF" in message
+    camera = TransformStamped(child_frame_id='camera_optical_frame')
+    camera.header.frame_id = 'base_link'
+    rotation = camera.transform.rotation
+    rotation.x, rotation.y, rotation.z, rotation.w = -0.5, 0.5, -0.5, 0.5
+    domain.publisher(TransformStamped, 'transforms_static', LATCHED).publish(camera)
+    vehicle.sees_the_ground()
+    assert vehicle.scans
+
+
+class NodeDouble:
+    """What MountingInput needs of a node, without ROS."""
+
+    def __init__(self, **parameters):
+        self.settings = DepthSettings(**parameters)
+        self.monitor = Monitor(lambda *_: None)
+        self.now_ns = 5 * 10**9
+        self.topics = {}
+
+    def resolve_topic_name(self, name):
+        return f'/{name}'
+
+    def listen(self, kind, topic, callback, **options):
+        self.topics[topic] = kind, callback, options['profile']
+        return topic
+
+    def crowded(self, _):
+        return ''
+
+
+def test_where_tf2_msgs_is_there_tf_is_heard_with_its_own_profiles(monkeypatch):
+    class TFMessage:
+        """A stand-in, since the wheels of ROS 2 do not hold it."""
+
+        def __init__(self, *transforms):
+            self.transforms = transforms
+
+    monkeypatch.setitem(sys.modules, 'tf2_msgs.msg', Fields(TFMessage=TFMessage))
+    node = NodeDouble(attitude='tf')
+    mounting = MountingInput(node)
+    for topic, durability in (('/tf', DurabilityPolicy.VOLATILE),
+                              ('/tf_static', DurabilityPolicy.TRANSIENT_LOCAL)):
+        kind, take, profile = node.topics[topic]
+        assert (kind, profile.durability) == (TFMessage, durability)
+        assert profile.reliability == ReliabilityPolicy.RELIABLE
+        transform = TransformStamped(child_frame_id='eye' if topic == '/tf' else 'base_link')
+        transform.header.frame_id = 'base_link' if topic == '/tf' else 'map'
+        transform.header.stamp.sec = 5
+        transform.transform.rotation.w = 1.0
+        take(TFMessage(transform))
+    assert mounting.at(5 * 10**9, 'eye').mounting.gravity == pytest.approx((0, 0, -1))
+
+
+def test_without_tf2_msgs_the_way_out_is_named():
+    node = NodeDouble(attitude='tf')
+    MountingInput(node)
+    assert set(node.topics) == {'transforms', 'transforms_static'}
+    message = node.monitor.status('n').message
+    assert 'no tf2_msgs' in message
+    assert '/transforms (geometry_msgs/TransformStamped)' in message
+
+
+def test_a_height_without_a_stamp_is_of_the_time_it_came():
+    node = NodeDouble(attitude='fixed', height='rel_alt')
+    mounting = MountingInput(node)
+    node.topics['rel_alt'][1](Float64(data=8.0))
+    state = mounting.at(5 * 10**9, 'eye').mounting
+    assert (state.height, round(state.height_sigma)) == (8.0, 3)
+    assert 'above home' in node.monitor.status('n').message
