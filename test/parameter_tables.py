@@ -11,9 +11,10 @@ from depth_person.settings.table import PARAMETERS
 PAGE = Path(__file__).parents[1] / 'msg_docs' / 'parameters.md'
 HEAD = """# Parameters
 
-In a parameter file such as `config/depth_person.yaml`, or with `--ros-args -p name:=value`. Those that are not read-only can be
-changed while the node runs. What is out of range is refused with the reason; an integer is taken for a double. Every
-QoS profile can be overridden, such as `qos_overrides./image_raw.subscription.reliability: reliable`.
+In a parameter file such as `config/depth_person.yaml`, or with `--ros-args -p name:=value`. Those
+that are not read-only can be changed while the node runs. What is out of range is refused with the
+reason; an integer is taken for a double. Every QoS profile can be overridden, such as
+`qos_overrides./image_raw.subscription.reliability: reliable`.
 
 This page is written from the code by `python test/parameter_tables.py`.
 """
