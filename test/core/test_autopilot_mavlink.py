@@ -18,6 +18,7 @@ from depth_person.autopilot.mavlink_peer import Peer, PeerClock
 from depth_person.autopilot.mavlink_transport import Connection, parse_connection
 from depth_person.autopilot.scan import centimetres
 from depth_person.errors import DepthPersonError
+from depth_person.settings.mavlink import MavlinkSettings
 
 COMPANION = {'system_id': 1, 'component_id': 196, 'follow_system_id': 200}
 SECOND = 1_000_000_000
@@ -275,6 +276,16 @@ def test_connections_are_written_as_in_pymavlink(text, expected):
 def test_a_connection_that_is_none(text):
     with pytest.raises(DepthPersonError, match='connection'):
         parse_connection(text)
+
+
+@pytest.mark.parametrize(('wrong', 'said'), [
+    ({'connection': 'tcp:host:5760'}, 'is not of the form'),
+    ({'follow_system_id': 1}, 'do not follow themselves'),
+    ({'mounting': 'tf', 'obstacle_distance_3d': True}, 'which knows of gimbals'),
+    ({'scan_range_min': 5.0, 'scan_range_max': 4.0}, 'not within')])
+def test_settings_that_do_not_go_together(wrong, said):
+    with pytest.raises(DepthPersonError, match=said):
+        MavlinkSettings(**wrong)
 
 
 def test_without_pymavlink_it_says_what_to_install(monkeypatch):

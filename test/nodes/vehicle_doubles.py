@@ -43,8 +43,8 @@ def mavros_converts(scan, *, mav_frame='BODY_FRD'):
         distances.append(UNKNOWN if unknown else uint16(centimetres))
     distances += [UNKNOWN] * (72 - len(distances))
     return ObstacleDistance(
-        tuple(distances), float(np.float32(np.degrees(np.float32(scan.angle_increment)))),
-        math.degrees(np.float32(scan.angle_min)), uint16(np.float32(scan.range_min) * 100.0),
+        tuple(distances), float(np.float32(math.degrees(scan.angle_increment))),
+        math.degrees(scan.angle_min), uint16(np.float32(scan.range_min) * 100.0),
         uint16(np.float32(scan.range_max) * 100.0), mav_frame)
 
 
