@@ -15,6 +15,7 @@ from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile
 from rclpy.subscription import Subscription
 
+from depth_person.errors import DepthPersonError
 from depth_person.nodes.diagnostics_output import DiagnosticsOutput
 from depth_person.nodes.lifecycle import ManagedNode, ManagedPublisher
 from depth_person.nodes.monitor import Level
@@ -79,6 +80,18 @@ class StageNode(ManagedNode, Generic[Settings]):
         """
         if self.settings.autostart:
             self.bring_up()
+
+    def raise_failure(self) -> None:
+        """Raise what ended a job; a node that someone else manages becomes inactive instead."""
+        if not self.active:
+            return
+        try:
+            super().raise_failure()
+        except DepthPersonError as error:
+            if self.settings.autostart:
+                raise
+            self.trigger_deactivate()
+            self.fail(error)
 
     def on_configure(self, state: LifecycleState) -> Outcome:
         """Configure, and report QoS parameters that nothing has asked for."""

@@ -173,6 +173,11 @@ class ManagedNode(LifecycleNode):
         self.monitor.set_state(Level.WARN, _UNCONFIGURED)
         return super().on_error(state)
 
+    def fail(self, error: Exception) -> None:
+        """Say what keeps the node from working."""
+        self.monitor.set_state(Level.ERROR, str(error))
+        self._log(Level.ERROR, str(error))
+
     def stop_jobs(self) -> None:
         """End the jobs; publishers stay as they are."""
         self._halt()
@@ -206,8 +211,7 @@ class ManagedNode(LifecycleNode):
             self._failure = error
             if not isinstance(error, DepthPersonError):
                 self.get_logger().error(traceback.format_exc())
-            self.monitor.set_state(Level.ERROR, str(error))
-            self._log(Level.ERROR, str(error))
+            self.fail(error)
             return True
         return False
 

@@ -108,6 +108,19 @@ def test_what_cannot_be_configured_says_why_and_can_be_tried_again(domain, tmp_p
     assert program.exit_code(3) == 0
 
 
+def test_a_recording_that_cannot_be_opened_leaves_a_managed_node_inactive(domain, tmp_path):
+    program = domain.start(
+        'camera_node', '--ros-args', '-p', 'autostart:=false', '-p', f'source:={tmp_path}/no.mp4',
+        ready='is up, and unconfigured')
+    manager = Manager(domain)
+    assert manager.change('camera_node', Transition.TRANSITION_CONFIGURE)
+    for _ in range(2):
+        assert manager.change('camera_node', Transition.TRANSITION_ACTIVATE)
+        assert domain.fault('camera_node', 'no.mp4').level == b'\x02'
+        domain.spin_until(lambda: manager.state('camera_node') == State.PRIMARY_STATE_INACTIVE)
+    assert program.poll() is None
+
+
 def test_without_autostart_nothing_is_published_until_it_is_told_to(domain, folder):
     domain.start(
         'camera_node', '--ros-args', '-p', 'autostart:=false', '-p', f'source:={folder}',

@@ -9,8 +9,8 @@ import pytest
 REPOSITORY = Path(__file__).parents[2]
 PAGES = sorted((REPOSITORY / 'msg_docs').glob('*.md'))
 NODES = ('camera_node', 'pose_node', 'depth_node')
-#: What every node of ROS 2 publishes.
-FOREIGN_TOPICS = ('/rosout', '/parameter_events')
+#: What every (lifecycle) node of ROS 2 publishes.
+FOREIGN_TOPICS = ('/rosout', '/parameter_events', *(f'/{node}/transition_event' for node in NODES))
 
 
 def examples(page):
