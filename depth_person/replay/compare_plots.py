@@ -7,16 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depth_person.errors import DepthPersonError
-from depth_person.overlay import person_colour
 from depth_person.replay.compare import Comparison
+from depth_person.replay.drawing import Axes, Figure, rgb
 from depth_person.replay.results import PersonRows
-
-try:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-except ImportError as error:
-    raise DepthPersonError(
-        'plots need matplotlib; install it with: pip install "depth_person[demo]"') from error
 
 
 def draw_comparison(comparison: Comparison, folder: Path) -> list[Path]:
@@ -33,12 +26,6 @@ def draw_comparison(comparison: Comparison, folder: Path) -> list[Path]:
     except OSError as error:
         raise DepthPersonError(f'cannot write to {folder}: {error.strerror}') from error
     return [folder / name for name in pictures]
-
-
-def rgb(track_id: int) -> tuple[float, float, float]:
-    """Return the colour that the overlay gives a track, for matplotlib."""
-    blue, green, red = person_colour(track_id)
-    return red / 255, green / 255, blue / 255
 
 
 def _ranges(comparison: Comparison) -> Figure:

@@ -7,14 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from depth_person.errors import DepthPersonError
+from depth_person.replay.drawing import colormaps, Figure
 from depth_person.replay.evaluate import Sample
-
-try:
-    from matplotlib import colormaps
-    from matplotlib.figure import Figure
-except ImportError as error:
-    raise DepthPersonError(
-        'plots need matplotlib; install it with: pip install "depth_person[demo]"') from error
 
 #: Larger relative errors are drawn at the edge.
 _LARGEST_PERCENT = 60.0

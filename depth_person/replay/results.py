@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depth_person.camera.bag import BagReader
+from depth_person.camera.message_fields import stamp_ns
 from depth_person.errors import DepthPersonError
 from depth_person.replay.clouds import CLOUD, cloud_points, column
 
@@ -32,8 +33,8 @@ class PersonRows:
     :ivar position: (n, 3) the neck in the camera optical frame, metres; NaN for none.
     :ivar range: (n,) metres; NaN for none.
     :ivar range_sigma: (n,) one standard deviation of range, metres; NaN for none.
-    :ivar measured_range: (n,) what the frame alone says, unfiltered; NaN for none.
-    :ivar measured_range_sigma: (n,) its standard deviation.
+    :ivar range_measured: (n,) what the frame alone says, unfiltered; NaN for none.
+    :ivar range_sigma_measured: (n,) its standard deviation.
     :ivar predicted: (n,) whether the person is not seen in this frame.
     """
 
@@ -42,8 +43,8 @@ class PersonRows:
     position: _Array
     range: _Array
     range_sigma: _Array
-    measured_range: _Array
-    measured_range_sigma: _Array
+    range_measured: _Array
+    range_sigma_measured: _Array
     predicted: NDArray[np.bool_]
 
     def __len__(self) -> int:
@@ -63,8 +64,8 @@ class PersonRows:
                 known[:, None], np.stack([floats(axis) for axis in 'xyz'], axis=-1), np.nan),
             range=np.where(known, floats('range'), np.nan),
             range_sigma=np.where(known, floats('range_sigma'), np.nan),
-            measured_range=floats('measured_range'),
-            measured_range_sigma=floats('measured_range_sigma'),
+            range_measured=floats('range_measured'),
+            range_sigma_measured=floats('range_sigma_measured'),
             predicted=column(points, 'predicted', missing=0) != 0)
 
     @classmethod
@@ -111,11 +112,6 @@ class Results:
         return (self.stamps_ns[self.people.frame] - start).astype(np.float64) * 1e-9
 
 
-def stamp_ns(message: Any) -> int:
-    """Return the stamp of a message's header, nanoseconds."""
-    return message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
-
-
 def read_results(path: Path, *, topic: str | None = None) -> Results:
     """
     Return the results that a bag holds.
@@ -133,7 +129,7 @@ def read_results(path: Path, *, topic: str | None = None) -> Results:
         faults: Counter[str] = Counter()
         newest_ns = 0
         for _, recorded_ns, message in bag.messages([topic]):
-            stamp = stamp_ns(message)
+            stamp = stamp_ns(message.header)
             faults['whose stamp lies before the one ahead of it'] += stamp < newest_ns
             newest_ns = stamp
             if not stamp or stamp in frames:
