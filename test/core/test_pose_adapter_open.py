@@ -1,0 +1,147 @@
+"""Files that are no known network, images that are none, and providers that are not here."""
+from __future__ import annotations
+
+import numpy as np
+from onnx import TensorProto
+import onnxruntime
+from pose_graphs import blazepose_of_spots, constant, rtmo_of_spots, simcc_of_spots
+import pytest
+
+from depth_person.errors import DepthPersonError
+from depth_person.pose import runtime
+from depth_person.pose.graph import Graph
+from depth_person.pose.networks import open_network
+from depth_person.pose.options import PoseOptions, settled
+
+HEAT = np.zeros((1, 19, 8, 8), np.float32)
+FIELD = np.zeros((1, 38, 8, 8), np.float32)
+
+
+def opened(path, **options):
+    return open_network(PoseOptions(model=str(path), **options))
+
+
+@pytest.mark.parametrize(('outputs', 'told'), [
+    ({'probs': np.zeros((1, 1000))}, r'gives probs \(1, 1000\) float'),
+    ({'heat': HEAT}, r'gives heat \(1, 19, 8, 8\) float'),  # and no fields
+    ({'dets': np.zeros((1, 3, 5))}, r'gives dets \(1, 3, 5\)'),
+    ({'dets': np.zeros((1, 3, 5)), 'keypoints': np.zeros((1, 3, 21, 3))},
+     r'keypoints \(1, 3, 21, 3\)'),
+    ({'simcc_x': np.zeros((1, 17, 384))}, r'simcc_x \(1, 17, 384\)'),
+    ({'ld_3d': np.zeros((1, 195))}, r'ld_3d \(1, 195\)'),  # and no flag
+])
+def test_a_network_of_no_known_kind_is_refused_with_what_was_found(tmp_path, outputs, told):
+    path = constant(
+        tmp_path / 'net.onnx', {key: np.float32(value) for key, value in outputs.items()})
+    with pytest.raises(DepthPersonError, match=told) as caught:
+        opened(path)
+    assert 'takes image (1, 3, 256, 256) float' in str(caught.value)
+    assert 'none of the networks known here (MoveNet, RTMO, RTMPose, OpenPose, BlazePose)' in str(
+        caught.value)
+
+
+@pytest.mark.parametrize('options', [
+    {'shape': (1, 1, 64, 64)}, {'shape': (1, 64, 64)}, {'shape': (1, 3, 64, 3)},
+    {'kind': TensorProto.INT64}, {'inputs': 2}])
+def test_a_network_that_takes_no_image_is_refused(tmp_path, options):
+    path = constant(tmp_path / 'net.onnx', {'heat': HEAT, 'field': FIELD}, **options)
+    with pytest.raises(DepthPersonError, match='it should take one image'):
+        opened(path)
+
+
+def test_simcc_with_an_unknown_number_of_keypoints_is_refused(tmp_path):
+    path = simcc_of_spots(tmp_path / 'hand.onnx', keypoints=21)
+    with pytest.raises(DepthPersonError, match='should have 17, 26, 133 keypoints'):
+        opened(path)
+
+
+@pytest.mark.parametrize('content', [b'', b'not a network'])
+def test_a_file_that_is_no_network_is_refused(tmp_path, content):
+    path = tmp_path / 'net.onnx'
+    path.write_bytes(content)
+    with pytest.raises(DepthPersonError, match=r'cannot open .*net\.onnx'):
+        opened(path)
+
+
+@pytest.mark.parametrize('image', [
+    np.zeros((0, 640, 3), np.uint8), np.zeros((480, 0, 3), np.uint8),
+    np.zeros((480, 640), np.uint8), np.zeros((480, 640, 4), np.uint8),
+    np.zeros((480, 640, 3), np.float32)])
+@pytest.mark.parametrize('kind', ['rtmo', 'openpose', 'simcc'])
+def test_what_is_no_image_is_one_error(tmp_path, kind, image):
+    detector = str(rtmo_of_spots(tmp_path / 'rtmo.onnx'))
+    path = {
+        'rtmo': lambda: detector,
+        'openpose': lambda: constant(tmp_path / 'n.onnx', {'heat': HEAT, 'field': FIELD}),
+        'simcc': lambda: simcc_of_spots(tmp_path / 'n.onnx')}[kind]()
+    with pytest.raises(DepthPersonError, match=r'is no \(height, width, 3\) uint8'):
+        opened(path, detector=detector)(image)
+
+
+def test_an_image_of_one_pixel_has_nobody_in_it(tmp_path):
+    path = constant(tmp_path / 'n.onnx', {'heat': HEAT, 'field': FIELD})
+    assert opened(path)(np.zeros((1, 1, 3), np.uint8)).shape == (0, 18, 3)
+
+
+def test_landmarks_that_are_no_numbers_are_one_error(tmp_path):
+    path = blazepose_of_spots(tmp_path / 'blaze.onnx')
+    network = opened(path, detector=str(rtmo_of_seen(tmp_path / 'rtmo.onnx')))
+    # Without spots every centre of mass is 0/0.
+    with pytest.raises(DepthPersonError, match='output Identity of .* holds NaN or infinity'):
+        network(np.zeros((480, 640, 3), np.uint8))
+
+
+def rtmo_of_seen(path):
+    """Write an RTMO that sees one person in whatever it is given."""
+    marks = np.full((1, 1, 17, 3), 0.9, np.float32)
+    marks[..., :2] = np.arange(34).reshape(17, 2) * 5
+    return constant(
+        path, {'dets': np.float32([[[0, 0, 200, 200, 0.9]]]), 'keypoints': marks},
+        shape=(1, 3, 640, 640))
+
+
+def test_a_tensor_that_the_network_cannot_take_is_one_error(tmp_path):
+    graph = Graph(rtmo_of_spots(tmp_path / 'rtmo.onnx'))
+    with pytest.raises(DepthPersonError, match=r'does not run on a tensor \(1, 3, 8, 8\)'):
+        graph.run(np.zeros((1, 3, 8, 8), np.float32), ('dets',))
+
+
+def test_a_provider_that_is_not_here_falls_back_with_a_warning():
+    options, warning = settled(PoseOptions(provider='cuda'))
+    assert options.provider == 'cpu'
+    assert "runs on the CPU, slower: ONNX Runtime has no provider 'cuda' here" in warning
+
+
+def test_a_provider_that_is_not_here_is_refused_if_the_cpu_may_not_stand_in():
+    with pytest.raises(DepthPersonError, match='allow the CPU with provider_fallback: true'):
+        settled(PoseOptions(provider='openvino', provider_fallback=False))
+
+
+def test_the_cpu_needs_no_warning():
+    options = PoseOptions()
+    assert settled(options) == (options, '')
+
+
+@pytest.fixture
+def listed(monkeypatch):
+    """Let ONNX Runtime say that it has a provider whose libraries are not there."""
+    runtime._usable.cache_clear()
+    monkeypatch.setattr(onnxruntime, 'get_available_providers', lambda: [
+        'TensorrtExecutionProvider', 'CUDAExecutionProvider', 'CPUExecutionProvider'])
+    yield
+    runtime._usable.cache_clear()
+
+
+@pytest.mark.usefixtures('listed')
+@pytest.mark.parametrize('provider', ['tensorrt', 'cuda'])
+def test_a_provider_whose_libraries_do_not_load_falls_back_too(provider):
+    options, warning = settled(PoseOptions(provider=provider))
+    assert options.provider == 'cpu'
+    assert f"libraries of ONNX Runtime's provider '{provider}' do not load" in warning
+
+
+@pytest.mark.parametrize(('option', 'value'), [
+    ('pixel_order', 'gbr'), ('pixel_values', '0..1'), ('provider', 'gpu')])
+def test_options_that_nothing_is_called_are_refused(option, value):
+    with pytest.raises(DepthPersonError, match=f"unknown {option} '{value}'; choose"):
+        PoseOptions(**{option: value})
