@@ -14,6 +14,7 @@ from depth_person.nodes.monitor import Monitor
 _PERIOD_S = 1.0
 #: A fault that comes and goes with every frame is not published more often than this.
 _SHORTEST_S = 0.1
+_QUEUE = 10
 
 
 class DiagnosticsOutput:
@@ -28,7 +29,7 @@ class DiagnosticsOutput:
         self._monitor = monitor
         self._check = check
         self._published_s = float('-inf')
-        self._publisher = node.create_publisher(DiagnosticArray, '/diagnostics', 1)
+        self._publisher = node.create_publisher(DiagnosticArray, '/diagnostics', _QUEUE)
         # Wall time: with use_sim_time and no /clock there is something to report, too.
         wall = Clock(clock_type=ClockType.STEADY_TIME)
         node.create_timer(_PERIOD_S, self._on_period, clock=wall)

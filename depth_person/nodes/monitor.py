@@ -157,7 +157,7 @@ class Monitor:
             level, _ = faults[0] if faults else (Level.OK, '')
             figures = {**self._rate(), **self._times(), **self._values, **self._counts}
         return DiagnosticStatus(
-            level=level.value, name=name, hardware_id='none',
+            level=level.value, name=name, hardware_id=figures.get('source', 'none'),
             message='; '.join(message for _, message in faults) or 'running',
             values=[KeyValue(key=key, value=str(value)) for key, value in figures.items()])
 
