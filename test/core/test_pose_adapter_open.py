@@ -87,7 +87,7 @@ def test_landmarks_that_are_no_numbers_are_one_error(tmp_path):
     path = blazepose_of_spots(tmp_path / 'blaze.onnx')
     network = opened(path, detector=str(rtmo_of_seen(tmp_path / 'rtmo.onnx')))
     # Without spots every centre of mass is 0/0.
-    with pytest.raises(DepthPersonError, match='output Identity of .* holds NaN or infinity'):
+    with pytest.raises(DepthPersonError, match=r'output Identity of .* holds NaN or infinity'):
         network(np.zeros((480, 640, 3), np.uint8))
 
 
