@@ -6,6 +6,9 @@ from enum import Enum
 from depth_person.nodes.monitor import ABSURD_AGE_S, Level, Monitor
 
 _FAULT = 'age'
+_JUMP = 'clock of the camera'
+#: Stamps that go back by more than this, nanoseconds, are of a clock that has been set.
+_JUMP_NS = 500_000_000
 
 
 class Age(Enum):
@@ -26,6 +29,7 @@ class Watchdog:
 
     def __init__(self, monitor: Monitor) -> None:
         self._monitor = monitor
+        self._last_ns = 0
 
     def judge(self, *, stamp_ns: int, now_ns: int, max_age_s: float) -> Age:
         """
@@ -33,6 +37,7 @@ class Watchdog:
 
         :param max_age_s: who is older is stale; 0 for no limit, when everything is fresh.
         """
+        self._note_jump(stamp_ns)
         age_s = (now_ns - stamp_ns) * 1e-9
         if not max_age_s or -max_age_s <= age_s <= max_age_s:
             self._monitor.clear(_FAULT)
@@ -52,3 +57,13 @@ class Watchdog:
             'Nothing goes to autopilots; play a recording with publish_clock and use_sim_time, '
             "set the camera's clock, or set max_age to 0 to do without a limit")
         return Age.UNKNOWN
+
+    def _note_jump(self, stamp_ns: int) -> None:
+        back_ns, self._last_ns = self._last_ns - stamp_ns, stamp_ns
+        if back_ns > _JUMP_NS:
+            self._monitor.count('clock jumps')
+            self._monitor.fault(
+                _JUMP, Level.WARN, f'the stamps of the images have jumped back by '
+                f'{back_ns * 1e-9:.1f} s; people are followed anew from here')
+        else:
+            self._monitor.clear(_JUMP)

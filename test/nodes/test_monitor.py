@@ -105,6 +105,39 @@ def test_counts_add_up(harness):
     assert harness.figures['bad images'] == '3'
 
 
+@pytest.mark.parametrize(('publishers', 'shared', 'reported'), [
+    (1, False, False), (2, False, True), (2, True, False), (0, False, False)])
+def test_several_publishers_on_one_topic_are_named(harness, publishers, shared, reported):
+    traffic = Traffic('/image_raw', harness.monitor, shared=shared)
+    traffic.check(publishers=publishers)
+    assert ('2 publishers send on /image_raw' in harness.monitor.status('n').message) == reported
+    assert bool(traffic.crowded) == reported
+    traffic.check(publishers=1)
+    assert harness.monitor.status('n').message == 'running'
+
+
+def test_what_lasts_is_not_forgotten_and_a_state_comes_before_all(harness):
+    harness.monitor.fault('a', Level.WARN, 'misspelt', lasting=True)
+    harness.monitor.fault('b', Level.ERROR, 'broken')
+    harness.monitor.forget()
+    harness.monitor.set_state(Level.WARN, 'inactive')
+    assert harness.monitor.status('n').message == 'inactive; misspelt'
+    harness.monitor.set_state(Level.OK, '')
+    assert harness.monitor.status('n').message == 'misspelt'
+
+
+def test_changes_are_told_and_repetitions_are_not(harness):
+    changes = []
+    harness.monitor.on_change = lambda: changes.append(1)
+    for second in range(5):
+        harness.monitor.fault('a', Level.WARN, f'silent for {second} s')
+    assert len(changes) == 1
+    harness.monitor.fault('a', Level.ERROR, 'silent for 6 s')
+    harness.monitor.clear('a')
+    harness.monitor.clear('a')
+    assert len(changes) == 3
+
+
 @pytest.mark.parametrize(('received', 'lost', 'reported'), [
     (10, 0, False), (10, 1, False), (10, 2, True), (0, 1, True)])
 def test_more_than_one_lost_message_in_ten_is_reported(harness, received, lost, reported):

@@ -44,6 +44,18 @@ def test_the_first_fresh_result_mends_it_and_the_count_stays():
         (pair.key, pair.value) for pair in status.values]
 
 
+def test_stamps_that_jump_back_are_named_once():
+    monitor = Monitor(lambda *_: None)
+    watchdog = Watchdog(monitor)
+    said = []
+    for seconds in (10.0, 10.1, 9.9, 3.0, 3.1):  # a late frame, then a bag that begins anew
+        watchdog.judge(stamp_ns=round(seconds * 1e9), now_ns=NOW, max_age_s=0.0)
+        said.append(monitor.status('n').message)
+    assert said[:3] == ['running'] * 3
+    assert 'jumped back by 6.9 s' in said[3]
+    assert said[4] == 'running'
+
+
 class Harness:
     """A depth_node, keypoints of any age, and what comes of them."""
 
