@@ -1,7 +1,7 @@
 """Reads and writes rosbags."""
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, TypeVar
@@ -96,8 +96,17 @@ class BagWriter(Closing):
 
         :param stamp_ns: time of recording.
         """
-        connection = self._connections[topic]
-        self._run(lambda: self._writer.write(connection, stamp_ns, data))
+        self.write_all_raw([(topic, stamp_ns, data)])
+
+    def write_all_raw(self, messages: Iterable[tuple[str, int, bytes | memoryview]]) -> None:
+        """Write serialised messages, each with its topic and time of recording, in one go."""
+        records = [(self._connections[topic], time_ns, data) for topic, time_ns, data in messages]
+
+        def write() -> None:
+            for record in records:
+                self._writer.write(*record)
+
+        self._run(write)
 
     def close(self) -> None:
         """Finish the bag; a second call does nothing."""

@@ -27,6 +27,9 @@ from depth_person.replay.surroundings import Surroundings
 #: Frames that wait between two stages.
 _DEPTH = 4
 
+#: A step and the people in its frame; None where there is none, or it cannot be looked at.
+Found = tuple[Step, People | None]
+
 
 @dataclass(frozen=True)
 class ResultTopic:
@@ -124,23 +127,30 @@ class Processor:
         :param on_frame: called after each frame.
         :param stopping: asked after each frame whether to leave the rest.
         """
-        copied = self._add_topics(writer)
         with closing(ahead(self._reader.steps(), depth=_DEPTH)) as steps, \
                 closing(ahead(self._find(steps), depth=_DEPTH)) as found:
-            waiting: tuple[Step, People | None] | None = None
-            for step, people in found:
-                for message in step.others:  # what comes after an image tells of it, too
-                    self._surroundings.take(message)
-                if waiting is not None:
-                    self._write(writer, copied, *waiting)
-                    on_frame()
-                waiting = step, people
-                if stopping():
-                    self._outcome.finished = False
-                    break
+            return self.write(writer, found, on_frame=on_frame, stopping=stopping)
+
+    def write(
+        self, writer: BagWriter, found: Iterable[Found], *,
+        on_frame: Callable[[], None] = lambda: None,
+        stopping: Callable[[], bool] = lambda: False,
+    ) -> Outcome:
+        """Measure the people found in each step, and write the results; return what came of it."""
+        copied = self._add_topics(writer)
+        waiting: Found | None = None
+        for step, people in found:
+            for message in step.others:  # what comes after an image tells of it, too
+                self._surroundings.take(message)
             if waiting is not None:
-                self._write(writer, copied, *waiting)
+                self._write_step(writer, copied, *waiting)
                 on_frame()
+            waiting = step, people
+            if stopping():
+                self._outcome.finished = False
+                break
+        if waiting is not None:
+            self._write_step(writer, copied, *waiting)
         self._report()
         return self._outcome
 
@@ -165,8 +175,8 @@ class Processor:
             writer.add_topic(name, result.msgtype, qos=result.qos)
         return frozenset(copied)
 
-    def _find(self, steps: Iterable[Step]) -> Generator[tuple[Step, People | None], None, None]:
-        """Yield the steps with the people of their frames; None for whom nothing can be said."""
+    def _find(self, steps: Iterable[Step]) -> Generator[Found, None, None]:
+        """Yield the steps with the people of their frames."""
         for step in steps:
             people = None
             if step.frame is not None:
@@ -182,17 +192,19 @@ class Processor:
             self._unseen[str(error)] += 1
             return None
 
-    def _write(
+    def _write_step(
         self, writer: BagWriter, copied: frozenset[str], step: Step, people: People | None,
     ) -> None:
-        for message in [*step.others, *filter(None, [step.image])]:
-            if message.topic in copied:
-                writer.write_raw(message.topic, message.time_ns, message.data)
-        if step.image is None or step.frame is None or people is None:
-            return
-        for topic, data in self._results(step.frame, people):
-            writer.write_raw(topic, step.image.time_ns, data)
-        self._outcome.frames += 1
+        records = [
+            (message.topic, message.time_ns, message.data)
+            for message in (*step.others, step.image)
+            if message is not None and message.topic in copied]
+        if step.image is not None and step.frame is not None and people is not None:
+            records += [
+                (topic, step.image.time_ns, data)
+                for topic, data in self._results(step.frame, people)]
+            self._outcome.frames += 1
+        writer.write_all_raw(records)
 
     def _results(self, frame: Frame, people: People) -> Iterable[tuple[str, bytes]]:
         camera = self._surroundings.at(frame.stamp_ns, frame.frame_id)

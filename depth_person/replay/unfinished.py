@@ -57,10 +57,9 @@ class RunRecord:
 
     def check(self, settings: Mapping[str, Any], bag: Path) -> None:
         """Raise DepthPersonError when other settings are asked for than those of this record."""
-        wanted = json.loads(json.dumps(settings))
+        wanted, begun = _flat(json.loads(json.dumps(settings))), _flat(self.settings)
         differing = sorted(
-            name for name in {*wanted, *self.settings}
-            if wanted.get(name) != self.settings.get(name))
+            name for name in {*wanted, *begun} if wanted.get(name) != begun.get(name))
         if differing:
             raise DepthPersonError(
                 f'{bag} was begun with another {", ".join(differing)}; go on with the same, give '
@@ -148,6 +147,15 @@ def keep_better(path: Path, before: Path, topic: str) -> None:
     if path.is_dir():
         shutil.rmtree(path)
     before.rename(path)
+
+
+def _flat(settings: Mapping[str, Any], prefix: str = '') -> dict[str, Any]:
+    """Return nested settings by their names, joined by dots."""
+    flat: dict[str, Any] = {}
+    for name, value in settings.items():
+        flat.update(_flat(value, f'{prefix}{name}.') if isinstance(value, dict)
+                    else {prefix + name: value})
+    return flat
 
 
 def _before(path: Path) -> Path:
