@@ -31,6 +31,9 @@ _COUNTED_SCORE = 0.12695312
 #: The single-person graphs divide scores by the distance in cells plus this.
 _SINGLE_SOFTENING = 1.7998047
 
+#: The heat within so many cells of the highest tells where a peak is.
+_PEAK_REACH = 2
+
 _KEYPOINTS = np.arange(N_COCO17)
 
 Array = NDArray[np.float32]
@@ -44,19 +47,63 @@ def decode_single(center: Array, regression: Array, heatmap: Array, offset: Arra
     :param regression: (34, h, w) from the centre.
     :param heatmap: (17, h, w) scores.
     :param offset: (34, h, w) from the cell.
-    :returns: (17, 3) x, y, score.
+    :returns: (17, 3) x, y, score, as the original graph marks them.
     """
-    rows, columns = (np.arange(size, dtype=np.float32) for size in center.shape[1:])
-    from_middle = np.hypot((rows - len(rows) / 2)[:, None], columns - len(columns) / 2)
-    weighted = center[0] / (from_middle + _SINGLE_SOFTENING)
-    row, column = np.unravel_index(weighted.argmax(), weighted.shape)
-    y, x = regression[:, row, column].reshape(N_COCO17, 2).T
-    y, x = y + np.float32(row), x + np.float32(column)
-    distance = np.hypot(
-        (rows - y[:, None])[:, :, None], (columns - x[:, None])[:, None, :])
-    weighted = (heatmap / (distance + _SINGLE_SOFTENING)).reshape(N_COCO17, -1)
-    row, column = np.unravel_index(weighted.argmax(1), center.shape[1:])
-    return _at_cells(_KEYPOINTS, row, column, offset, heatmap[_KEYPOINTS, row, column])
+    heads = (head[None] for head in (center, regression, heatmap, offset))
+    return decode_crops(*heads, fit_peaks=False)[0]
+
+
+def decode_crops(
+    center: Array, regression: Array, heatmap: Array, offset: Array, *, fit_peaks: bool = True,
+) -> Array:
+    """
+    Return the one person of each crop, the surest near its middle.
+
+    A peak is fitted by the mean of two estimates whose errors differ: the cell with its offset,
+    and the centre of the heat around it.
+
+    :param center: (n, 1, h, w) scores; the others likewise as in decode_single.
+    :param fit_peaks: otherwise the highest cell and its offset mark a keypoint.
+    :returns: (n, 17, 3) x, y, score.
+    """
+    n, _, height, width = center.shape
+    rows, columns = (np.arange(size, dtype=np.float32) for size in (height, width))
+    from_middle = np.hypot((rows - height / 2)[:, None], columns - width / 2)
+    weighted = center[:, 0] / (from_middle + _SINGLE_SOFTENING)
+    row, column = np.divmod(weighted.reshape(n, -1).argmax(1), width)
+    regressed = regression[np.arange(n), :, row, column].reshape(n, N_COCO17, 2)
+    y, x = np.moveaxis(regressed + np.stack([row, column], 1)[:, None].astype(np.float32), 2, 0)
+    distance = np.square(rows - y[..., None])[..., None] + np.square(
+        columns - x[..., None])[..., None, :]
+    np.sqrt(distance, out=distance)
+    distance += np.float32(_SINGLE_SOFTENING)
+    weighted = np.divide(heatmap, distance, out=distance).reshape(n, N_COCO17, -1)
+    row, column = np.divmod(weighted.argmax(2), width)
+    crop = np.arange(n)[:, None]
+    y = row + offset[crop, 2 * _KEYPOINTS, row, column]
+    x = column + offset[crop, 2 * _KEYPOINTS + 1, row, column]
+    if fit_peaks:
+        heat_y, heat_x = _centres_of_heat(heatmap, row, column)
+        y, x = (y + heat_y) / 2, (x + heat_x) / 2
+    score = heatmap[crop, _KEYPOINTS, row, column]
+    return np.stack([x, y, score], -1).astype(np.float32)
+
+
+def _centres_of_heat(
+    heatmap: Array, row: NDArray[np.intp], column: NDArray[np.intp],
+) -> tuple[Array, Array]:
+    """Return y, x (n, 17) of the centre of the heat around cells, from the corner of the first."""
+    steps = np.arange(-_PEAK_REACH, _PEAK_REACH + 1)
+    y, x = row[..., None] + steps, column[..., None] + steps
+    height, width = heatmap.shape[2:]
+    inside = ((y >= 0) & (y < height))[..., :, None] & ((x >= 0) & (x < width))[..., None, :]
+    crop, keypoint = np.arange(len(heatmap))[:, None, None, None], _KEYPOINTS[:, None, None]
+    heat = heatmap[
+        crop, keypoint, np.clip(y, 0, height - 1)[..., None],
+        np.clip(x, 0, width - 1)[..., None, :]] * inside
+    heat = heat / np.maximum(heat.sum((2, 3), keepdims=True), 1e-9)
+    half = np.float32(0.5)
+    return (heat.sum(3) * y).sum(2) + half, (heat.sum(2) * x).sum(2) + half
 
 
 def decode_multi(

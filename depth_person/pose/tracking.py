@@ -1,58 +1,89 @@
 """Gives people numbers that stay the same from frame to frame."""
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-#: A person moves less than this between two frames, over the person's size.
-_GATE = 0.6
-#: Share of the newest velocity in what is kept of it.
+from depth_person.pose.bodies import body_sizes
+
+Array = NDArray[np.float32]
+
+#: A track that no network confirms for so long ends.
+MAX_MISSED_S = 2.0
+#: A person is found within this of where the track is expected, over the person's size; and so
+#: much further for each second that it was not seen.
+_GATE = 0.55
+_GATE_A_SECOND = 0.25
+#: Not seen for longer than this, a person may as well have stopped.
+_MAY_HAVE_STOPPED_S = 0.25
+#: A person does not seem larger or smaller by more than this factor from one look to the next.
+_SIZE_FACTOR = 2.0
+#: Shares of the newest in what is kept of velocity and size.
 _VELOCITY_GAIN = 0.4
+_SIZE_GAIN = 0.3
 _NS = 1e-9
 
 
 @dataclass
-class _Track:
-    """One person: where its keypoints were last marked, and how they all move."""
+class Track:
+    """
+    One person: where its keypoints were last marked, and how they all move.
+
+    :ivar stamp_ns: when a network confirmed it last.
+    :ivar points: (18, 2), NaN where never marked; one that is not seen moves with the others.
+    :ivar size: of the body in the image, as body_sizes tells it.
+    :ivar velocity: (2,) pixels a second.
+    """
 
     track_id: int
     stamp_ns: int
-    points: NDArray[np.float32]  # (18, 2), NaN where never marked
+    points: Array
     size: float
-    velocity: NDArray[np.float32]  # (2,) pixels a second
+    velocity: Array
 
-    def predicted(self, stamp_ns: int) -> NDArray[np.float32]:
-        return self.points + self.velocity * np.float32((stamp_ns - self.stamp_ns) * _NS)
+    def missed_s(self, stamp_ns: int) -> float:
+        """Return for how long nobody has seen it."""
+        return (stamp_ns - self.stamp_ns) * _NS
 
-    def update(self, points: NDArray[np.float32], size: float, stamp_ns: int) -> None:
-        elapsed = (stamp_ns - self.stamp_ns) * _NS
-        moved = points - self.points
+    def predicted(self, stamp_ns: int) -> Array:
+        """Return where its keypoints are expected (18, 2)."""
+        return self.points + self.velocity * np.float32(self.missed_s(stamp_ns))
+
+    def confirm(self, points: Array, stamp_ns: int) -> None:
+        """Take the keypoints (18, 2) that a network has marked now."""
+        elapsed = self.missed_s(stamp_ns)
+        expected = self.predicted(stamp_ns)
+        common = np.isfinite(points[:, 0]) & np.isfinite(expected[:, 0])
+        off = np.median((points - expected)[common], axis=0) if common.any() else np.float32(0)
         if elapsed > 0:
-            newest = np.nanmedian(moved, axis=0) / np.float32(elapsed)
-            self.velocity = self.velocity + np.float32(_VELOCITY_GAIN) * (newest - self.velocity)
-        unseen = np.isnan(points)
-        self.points = np.where(unseen, self.predicted(stamp_ns), points)
-        self.size, self.stamp_ns = size, stamp_ns
+            self.velocity = self.velocity + np.float32(_VELOCITY_GAIN / elapsed) * off
+        self.points = np.where(np.isnan(points), expected + off, points)
+        size = float(body_sizes(points[None])[0])
+        self.size += _SIZE_GAIN * (size - self.size)
+        self.stamp_ns = stamp_ns
 
 
 class Tracker:
     """
     Associates the people of each frame with those of the frames before.
 
-    The nearest pairs of people and predicted tracks are joined first, by the mean distance of
-    the keypoints that both have, over the person's size.
+    The nearest pairs of people and expected tracks are joined first, by the mean distance of
+    the keypoints that both have, over the person's size. Ids are never given twice.
+
+    :ivar tracks: those that have not ended, the oldest first.
     """
 
-    def __init__(self, *, max_missed_s: float = 1.0) -> None:
+    def __init__(self, *, max_missed_s: float = MAX_MISSED_S) -> None:
         """Start without tracks; one that is not seen for max_missed_s ends."""
+        self.tracks: list[Track] = []
         self._max_missed_ns = round(max_missed_s / _NS)
-        self._tracks: list[_Track] = []
         self._next_id = 1
         self._stamp_ns: int | None = None
 
-    def update(self, keypoints: NDArray[np.float32], stamp_ns: int) -> NDArray[np.int32]:
+    def update(self, keypoints: Array, stamp_ns: int) -> NDArray[np.int32]:
         """
         Return the track id of each person in a frame; new people get ids never given before.
 
@@ -60,58 +91,80 @@ class Tracker:
 
         :param keypoints: (n, 18, 3) u, v, score; NaN where missing.
         """
-        if self._stamp_ns is not None and stamp_ns < self._stamp_ns:
-            self._tracks.clear()
-        self._stamp_ns = stamp_ns
-        self._tracks = [
-            track for track in self._tracks if stamp_ns - track.stamp_ns <= self._max_missed_ns]
+        self.advance(stamp_ns)
         points = keypoints[..., :2]
-        sizes = _sizes(points)
         ids = np.zeros(len(keypoints), np.int32)
-        for person, index in self._pairs(points, sizes, stamp_ns):
-            track = self._tracks[index]
-            track.update(points[person], float(sizes[person]), stamp_ns)
+        for person, track in self.pairs(points, stamp_ns):
+            track.confirm(points[person], stamp_ns)
             ids[person] = track.track_id
-        for person in range(len(ids)):
-            if ids[person]:
-                continue
-            ids[person] = self._next_id
-            self._tracks.append(_Track(
-                self._next_id, stamp_ns, points[person].copy(), float(sizes[person]),
-                np.zeros(2, np.float32)))
-            self._next_id += 1
+        for person in np.flatnonzero(ids == 0):
+            ids[person] = self.start(points[person], stamp_ns).track_id
         return ids
 
-    def _pairs(
-        self, points: NDArray[np.float32], sizes: NDArray[np.float32], stamp_ns: int,
-    ) -> list[tuple[int, int]]:
-        """Return (person, track) pairs, each of either at most once, nearest first."""
-        if not self._tracks or not len(points):
+    def advance(self, stamp_ns: int) -> bool:
+        """
+        End tracks that are missed for too long; return whether this is another stream.
+
+        That is one whose time went back, or that stood still for longer than a track lives.
+        """
+        elapsed = 0 if self._stamp_ns is None else stamp_ns - self._stamp_ns
+        self._stamp_ns = stamp_ns
+        self.tracks = [] if elapsed < 0 else [
+            track for track in self.tracks if stamp_ns - track.stamp_ns <= self._max_missed_ns]
+        return not 0 <= elapsed <= self._max_missed_ns
+
+    def start(self, points: Array, stamp_ns: int) -> Track:
+        """Return a new track at keypoints (18, 2)."""
+        track = Track(
+            self._next_id, stamp_ns, points.copy(), float(body_sizes(points[None])[0]),
+            np.zeros(2, np.float32))
+        self._next_id += 1
+        self.tracks.append(track)
+        return track
+
+    def end(self, tracks: Iterable[Track]) -> None:
+        """Forget tracks."""
+        ended = {track.track_id for track in tracks}
+        self.tracks = [track for track in self.tracks if track.track_id not in ended]
+
+    def pairs(self, points: Array, stamp_ns: int) -> list[tuple[int, Track]]:
+        """
+        Return (person, track) pairs, each of either at most once, nearest first.
+
+        :param points: (n, 18, 2), NaN where missing.
+        """
+        if not self.tracks or not len(points):
             return []
-        predicted = np.stack([track.predicted(stamp_ns) for track in self._tracks])
-        track_sizes = np.array([track.size for track in self._tracks])
-        apart = points[:, None] - predicted[None]  # (people, tracks, 18, 2)
-        apart = np.hypot(apart[..., 0], apart[..., 1])
-        common = np.isfinite(apart)
-        mean = np.where(common, apart, 0).sum(2) / np.maximum(common.sum(2), 1)
-        cost = mean / np.maximum(np.maximum(sizes[:, None], track_sizes[None]), 1)
-        cost[~common.any(2)] = np.inf
-        pairs: list[tuple[int, int]] = []
+        cost = self._costs(points, stamp_ns)
+        pairs: list[tuple[int, Track]] = []
         people, tracks = set[int](), set[int]()
         for flat in np.argsort(cost, axis=None, kind='stable'):
-            person, track = divmod(int(flat), len(self._tracks))
-            if cost[person, track] > _GATE:
+            person, index = divmod(int(flat), len(self.tracks))
+            if cost[person, index] > 1.0:
                 break
-            if person not in people and track not in tracks:
-                pairs.append((person, track))
+            if person not in people and index not in tracks:
+                pairs.append((person, self.tracks[index]))
                 people.add(person)
-                tracks.add(track)
+                tracks.add(index)
         return pairs
 
+    def _costs(self, points: Array, stamp_ns: int) -> NDArray[np.floating]:
+        """Return (people, tracks) distances over what is allowed; infinite where impossible."""
+        missed = np.array([track.missed_s(stamp_ns) for track in self.tracks])
+        sizes, track_sizes = body_sizes(points), np.array([each.size for each in self.tracks])
+        apart = _apart(points, np.stack([each.predicted(stamp_ns) for each in self.tracks]))
+        stopped = _apart(points, np.stack([each.points for each in self.tracks]))
+        apart = np.where(missed > _MAY_HAVE_STOPPED_S, np.minimum(apart, stopped), apart)
+        larger = np.maximum(sizes[:, None], track_sizes)
+        cost = apart / (np.maximum(larger, 1) * (_GATE + _GATE_A_SECOND * missed))
+        factor = larger / np.maximum(np.minimum(sizes[:, None], track_sizes), 1)
+        return np.where(factor <= _SIZE_FACTOR, cost, np.inf)
 
-def _sizes(points: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return (n,) the longer side of the box around each person's keypoints, pixels."""
-    marked = np.isfinite(points)
-    low = np.where(marked, points, np.inf).min(1, initial=np.inf)
-    high = np.where(marked, points, -np.inf).max(1, initial=-np.inf)
-    return np.maximum(high - low, 0).max(1)
+
+def _apart(points: Array, others: Array) -> NDArray[np.floating]:
+    """Return (n, m) the mean distance of the keypoints that two have; infinite for none."""
+    apart = points[:, None] - others[None]
+    apart = np.hypot(apart[..., 0], apart[..., 1])
+    common = np.isfinite(apart)
+    mean = np.where(common, apart, 0).sum(2) / np.maximum(common.sum(2), 1)
+    return np.where(common.any(2), mean, np.inf)

@@ -1,0 +1,79 @@
+"""Finds people anywhere in a frame by several looks of a network for many people."""
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depth_person.pose.bodies import body_sizes, boxes, likeness
+from depth_person.pose.looks import Look
+from depth_person.pose.movenet import MoveNet, TRAINED_SIDE
+from depth_person.pose.skeleton import from_coco17, N_KEYPOINTS
+
+#: Two skeletons more alike than this are the same person.
+SAME_PERSON = 0.45
+#: So many of the surest keypoints tell how sure a person is.
+_SUREST = 5
+
+
+class Detector:
+    """
+    Joins what looks at different sizes find.
+
+    :param network: for many people.
+    """
+
+    def __init__(self, network: MoveNet) -> None:
+        self._network = network
+
+    @property
+    def inference_s(self) -> float:
+        """Seconds that the network took for the last frame."""
+        return self._network.inference_s
+
+    def find(self, image: NDArray[np.uint8], looks: Sequence[Look]) -> NDArray[np.float32]:
+        """
+        Return the people whom looks show, each once, surest first.
+
+        :returns: (n, 18, 3) u, v in raw pixels, score; NaN for a keypoint that is missing.
+        """
+        self._network.inference_s = 0.0
+        found, largest = [np.empty((0, N_KEYPOINTS, 3), np.float32)], [np.empty(0)]
+        for look in looks:
+            keypoints, _ = self._network.look(look.part(image), look.input_side)
+            keypoints[..., :2] += np.array([look.x, look.y], np.float32)
+            found.append(from_coco17(keypoints))
+            limit = TRAINED_SIDE * max(look.width, look.height) / look.input_side
+            largest.append(np.full(len(keypoints), limit))
+        people, limits = np.concatenate(found), np.concatenate(largest)
+        return people[_once(people, limits)] if len(people) else people
+
+
+def sureness(people: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return (n,) the mean score of each person's surest keypoints; missing ones score 0."""
+    scores = np.sort(np.nan_to_num(people[..., 2]), axis=1)
+    return scores[:, -_SUREST:].mean(1, dtype=np.float32)
+
+
+def _once(people: NDArray[np.float32], limits: NDArray[np.float64]) -> NDArray[np.intp]:
+    """
+    Return which skeletons to keep so that nobody is counted twice, surest first.
+
+    A limb of somebody who is too large for a look may seem a person of its own there: what lies
+    within somebody larger than its look's limit is not believed.
+
+    :param limits: (n,) the largest body that the look could see as a whole, raw pixels.
+    """
+    points = people[..., :2]
+    sizes, around = body_sizes(points), boxes(points)
+    sure = sureness(people) * np.minimum(limits / sizes, 1.0)
+    middle = (around[:, :2] + around[:, 2:]) / 2
+    alike = likeness(points, points, sizes, sizes)
+    kept: list[int] = []
+    for index in np.argsort(-sure, kind='stable'):
+        within = ((middle[index] > around[kept, :2]) & (middle[index] < around[kept, 2:])).all(1)
+        limb = within & (sizes[kept] > limits[index])
+        if not (limb | (alike[index, kept] > SAME_PERSON)).any():
+            kept.append(int(index))
+    return np.array(kept, np.intp)

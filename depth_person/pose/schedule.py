@@ -1,0 +1,84 @@
+"""Which looks the detector takes at each frame, within a budget."""
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depth_person.pose.looks import far_look, far_parts, Look, whole_looks
+
+#: How soon a look comes round again, against the others: by what newcomers it is likely to show.
+_GAIN_NEAR, _GAIN_MIDDLE, _GAIN_FAR = 1.0, 3.0, 1.0
+#: A part of the frame in which people are.
+_GAIN_PEOPLED = 2.0
+#: Budgets of a frame in which nobody is tracked: the time that no crop takes.
+_IDLE_BUDGETS = 3.0
+
+
+class Schedule:
+    """
+    Spreads looks over frames.
+
+    Every frame pays its budget in; the look that has waited longest, over its gain, is taken as
+    soon as it is paid for. The first frame of a stream gets every look at once, since nothing
+    is known yet. Costs are a model's, not measured times, so the looks follow from the frames.
+
+    :param budget_ms: of a frame.
+    :param input_side: of the look at the whole frame, pixels of the network's input.
+    """
+
+    def __init__(self, *, budget_ms: float, input_side: int) -> None:
+        self._budget_ms, self._input_side = budget_ms, input_side
+        self._size = (0, 0)
+        self._looks: list[Look] = []
+        self._gains = np.empty(0)
+        self._waited = np.empty(0)
+        self._paid_ms = 0.0
+
+    def restart(self) -> None:
+        """Let the next frame be the first of a stream."""
+        self._size = (0, 0)
+
+    def looks(self, width: int, height: int, people: NDArray[np.float32]) -> list[Look]:
+        """
+        Return the looks to take at the next frame.
+
+        :param width: of the frame; frames of another size are another stream.
+        :param people: (n, 2) where people are tracked, raw pixels.
+        """
+        if (width, height) != self._size:
+            return self._first(width, height)
+        self._waited += self._gains * self._peopled(people)
+        self._paid_ms += self._budget_ms * (1.0 if len(people) else _IDLE_BUDGETS)
+        chosen: list[Look] = []
+        while len(chosen) < len(self._looks):
+            next_ = int(self._waited.argmax())
+            if self._looks[next_].cost_ms > self._paid_ms:
+                return chosen
+            chosen.append(self._looks[next_])
+            self._paid_ms -= self._looks[next_].cost_ms
+            self._waited[next_] = 0.0
+        self._paid_ms = 0.0  # more than all looks cost is not saved up
+        return chosen
+
+    def _first(self, width: int, height: int) -> list[Look]:
+        self._size = (width, height)
+        whole = whole_looks(width, height, input_side=self._input_side)
+        parts = far_parts(width, height, input_side=self._input_side)
+        self._looks = [*whole, *parts]
+        gains = [*[_GAIN_NEAR] * (len(whole) - 1), _GAIN_MIDDLE, *[_GAIN_FAR] * len(parts)]
+        self._gains = np.array(gains)
+        self._waited = np.zeros(len(self._looks))
+        self._paid_ms = 0.0
+        return [*whole, far_look(width, height)] if parts else whole
+
+    def _peopled(self, people: NDArray[np.float32]) -> NDArray[np.float64]:
+        """Return by how much each look gains from where people are."""
+        width, height = self._size
+        return np.array([
+            _GAIN_PEOPLED if (look.width, look.height) != (width, height) and _holds(look, people)
+            else 1.0 for look in self._looks])
+
+
+def _holds(look: Look, people: NDArray[np.float32]) -> bool:
+    inside = (people >= (look.x, look.y)) & (people < (look.x + look.width, look.y + look.height))
+    return bool(inside.all(1).any())

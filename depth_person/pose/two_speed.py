@@ -1,0 +1,197 @@
+"""The pose stage at two speeds: a detector now and then, a crop of every person at every frame."""
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depth_person.camera.frame import Frame
+from depth_person.pose.bodies import body_sizes, boxes, likeness
+from depth_person.pose.detector import Detector, SAME_PERSON, sureness
+from depth_person.pose.movenet import MIN_KEYPOINTS, MoveNet
+from depth_person.pose.refine import Refiner
+from depth_person.pose.schedule import Schedule
+from depth_person.pose.skeleton import N_KEYPOINTS
+from depth_person.pose.tracking import Track, Tracker
+
+Array = NDArray[np.float32]
+
+#: So many people are followed; more, if more are to be published.
+MOST_TRACKED = 20
+#: Whoever is less sure than this on a crop is not confirmed by it.
+_LEAST_SURE = 0.25
+#: Nor is who lies further than this from where the crop was meant for, over the body's size.
+_MOST_OFF = 0.25
+#: A detection this sure needs no crop to confirm it.
+_SURE_DETECTION = 0.4
+#: A crop less like the detection of its person than this has slipped onto somebody else.
+_SLIPPED = 0.15
+#: Two people's marks of one keypoint nearer than this, over the body's size, are one mark.
+_SAME_MARK = 0.02
+#: Sides of crops: around the keypoints, and at least and at most, over the body's size.
+_CROP_AROUND, _LEAST_CROP, _MOST_CROP = 1.15, 0.75, 1.05
+
+
+@dataclass(frozen=True, eq=False)
+class _Seen:
+    """
+    Whom a frame may show: those who are tracked, then those who are new.
+
+    :ivar tracks: None for somebody new.
+    :ivar expected: (n, 18, 2) where the keypoints should be, NaN where nobody knows.
+    :ivar sizes: (n,) of the bodies, raw pixels.
+    :ivar detected: (n, 18, 3) as the detector marked them in this frame; NaN where it did not.
+    """
+
+    tracks: list[Track | None]
+    expected: Array
+    sizes: Array
+    detected: Array
+
+    def __len__(self) -> int:
+        return len(self.tracks)
+
+
+class TwoSpeed:
+    """
+    Follows people on crops and looks for new ones as the schedule says.
+
+    Whom neither a crop nor the detector confirms in a frame is not given for that frame.
+
+    :param min_score: keypoints that score less are missing.
+    :param max_people: the largest so many in the image are given: the nearest, more or less.
+    """
+
+    def __init__(
+        self, network: MoveNet, refiner: Refiner, schedule: Schedule, tracker: Tracker, *,
+        min_score: float, max_people: int,
+    ) -> None:
+        self._detector, self._refiner, self._schedule = Detector(network), refiner, schedule
+        self._tracker = tracker
+        self._min_score, self._max_people = min_score, max_people
+        self.inference_s = 0.0
+
+    def estimate(self, frame: Frame) -> tuple[Array, NDArray[np.int32]]:
+        """Return keypoints (n, 18, 3) and track ids of the people in a frame, nearest first."""
+        if self._tracker.advance(frame.stamp_ns):
+            self._schedule.restart()
+        seen = self._look(frame)
+        marked = self._refiner(frame.image, *crops_around(seen.expected, seen.sizes))
+        self.inference_s = self._detector.inference_s + self._refiner.inference_s
+        marked[marked[..., 2] < self._min_score] = np.nan
+        keypoints = _chosen(seen, marked)
+        _refuse_doubles(seen, keypoints)
+        _part_marks(seen, keypoints)
+        return self._confirm(seen, keypoints, frame.stamp_ns)
+
+    def _look(self, frame: Frame) -> _Seen:
+        """Return who is tracked, and who is new by the looks that are due."""
+        height, width = frame.image.shape[:2]
+        tracks = self._tracker.tracks
+        expected = np.array(
+            [track.predicted(frame.stamp_ns) for track in tracks], np.float32,
+        ).reshape(-1, N_KEYPOINTS, 2)
+        looks = self._schedule.looks(width, height, np.nanmean(expected, axis=1))
+        found = self._detector.find(frame.image, looks)
+        detected = np.full((len(tracks), N_KEYPOINTS, 3), np.nan, np.float32)
+        sizes = np.array([track.size for track in tracks], np.float32)
+        place = {track.track_id: index for index, track in enumerate(tracks)}
+        new = np.ones(len(found), bool)
+        for person, track in self._tracker.pairs(found[..., :2], frame.stamp_ns):
+            detected[place[track.track_id]] = found[person]
+            new[person] = False
+            if track.missed_s(frame.stamp_ns) > 0.25:
+                expected[place[track.track_id]] = found[person, :, :2]
+        room = max(MOST_TRACKED, self._max_people) - len(tracks)
+        new_people = found[new][:max(room, 0)]
+        return _Seen(
+            [*tracks, *[None] * len(new_people)],
+            np.concatenate([expected, new_people[..., :2]]),
+            np.concatenate([sizes, body_sizes(new_people[..., :2])]),
+            np.concatenate([detected, new_people]))
+
+    def _confirm(
+        self, seen: _Seen, keypoints: Array, stamp_ns: int,
+    ) -> tuple[Array, NDArray[np.int32]]:
+        """Bring the tracks up to date; return those seen, the largest first."""
+        rows = np.flatnonzero(np.isfinite(keypoints[..., 2]).sum(1) >= MIN_KEYPOINTS)
+        ids = np.zeros(len(rows), np.int32)
+        sizes = np.zeros(len(rows))
+        for index, row in enumerate(rows):
+            track = seen.tracks[row]
+            if track is None:
+                track = self._tracker.start(keypoints[row, :, :2], stamp_ns)
+            else:
+                track.confirm(keypoints[row, :, :2], stamp_ns)
+            ids[index], sizes[index] = track.track_id, track.size
+        order = np.argsort(-sizes, kind='stable')[:self._max_people]
+        return keypoints[rows[order]], ids[order]
+
+
+def crops_around(points: Array, sizes: Array) -> tuple[Array, Array]:
+    """
+    Return the centres (n, 2) and sides (n,) of the crops on which people are marked.
+
+    A body that fills the crop is marked best; one of which part is hidden may show more next.
+
+    :param points: (n, 18, 2) where keypoints are expected, NaN where nobody knows.
+    :param sizes: (n,) of the bodies.
+    """
+    around = boxes(points)
+    low, high = around[:, :2], around[:, 2:]
+    sides = _CROP_AROUND * (high - low).max(1)
+    return (low + high) / 2, np.clip(sides, _LEAST_CROP * sizes, _MOST_CROP * sizes)
+
+
+def _chosen(seen: _Seen, marked: Array) -> Array:
+    """Return for each person the crop's keypoints, else the detector's, else NaN."""
+    points = marked[..., :2]
+    enough = np.isfinite(marked[..., 2]).sum(1) >= MIN_KEYPOINTS
+    expected, detected = seen.expected, seen.detected
+    apart = np.hypot(*np.moveaxis(points - expected, 2, 0))
+    known = np.isfinite(apart)
+    off = np.where(known, apart, 0).sum(1) / np.maximum(known.sum(1), 1) / seen.sizes
+    good = enough & known.any(1) & (off < _MOST_OFF) & (sureness(marked) >= _LEAST_SURE)
+    has_detection = np.isfinite(detected[..., 2]).any(1)
+    alike = np.diagonal(likeness(points, detected[..., :2], seen.sizes, seen.sizes))
+    good &= ~has_detection | (alike >= _SLIPPED)
+    new = np.array([track is None for track in seen.tracks], bool)
+    sure = has_detection & ~good & (~new | (sureness(detected) >= _SURE_DETECTION))
+    chosen = np.where(good[:, None, None], marked, np.nan)
+    return np.where(sure[:, None, None], detected, chosen).astype(np.float32)
+
+
+def _refuse_doubles(seen: _Seen, keypoints: Array) -> None:
+    """Blank whoever is the same as another that fits what was expected better."""
+    points = keypoints[..., :2]
+    alike = likeness(points, points, seen.sizes, seen.sizes)
+    np.fill_diagonal(alike, 0.0)
+    if not (alike > SAME_PERSON).any():
+        return
+    apart = np.hypot(*np.moveaxis(points - seen.expected, 2, 0)) / seen.sizes[:, None]
+    known = np.isfinite(apart)
+    off = np.where(known, apart, 0).sum(1) / np.maximum(known.sum(1), 1)
+    off += [10.0 if track is None else 0.0 for track in seen.tracks]
+    kept: list[int] = []
+    for index in np.argsort(off, kind='stable'):
+        if (alike[index, kept] > SAME_PERSON).any():
+            keypoints[index] = np.nan
+        else:
+            kept.append(int(index))
+
+
+def _part_marks(seen: _Seen, keypoints: Array) -> None:
+    """Blank a keypoint where another person has it too, and expected it nearer."""
+    points = keypoints[..., :2]
+    apart = points[:, None] - points[None]
+    apart = np.hypot(apart[..., 0], apart[..., 1])
+    size = np.minimum(seen.sizes[:, None], seen.sizes[None])
+    np.einsum('iik->ik', apart)[...] = np.inf
+    same = apart < (_SAME_MARK * size)[..., None]
+    if not same.any():
+        return
+    off = np.nan_to_num(np.hypot(*np.moveaxis(points - seen.expected, 2, 0)), nan=np.inf)
+    first, second, keypoint = np.nonzero(same)
+    loses = off[first, keypoint] > off[second, keypoint]
+    keypoints[first[loses], keypoint[loses]] = np.nan
