@@ -3,19 +3,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 import threading
-import time
 
 from depth_person.camera.frame import Frame
 from depth_person.camera.source import Source, SourceUnusable
 from depth_person.errors import DepthPersonError
 from depth_person.nodes.monitor import Level, Monitor
+from depth_person.nodes.pacer import Pacer
 
 _FIRST_DELAY_S = 0.5
 _LONGEST_DELAY_S = 8.0
-#: How often /clock is published between two frames.
-_CLOCK_PERIOD_S = 0.025
-#: Who is later than this, seconds, goes on from now instead of catching up.
-_LATEST_S = 1.0
 
 
 class FrameReader:
@@ -83,39 +79,3 @@ class FrameReader:
         self._stopping.set()
         if self._source is not None and self._source.live:
             self._source.close()
-
-
-class Pacer:
-    """Holds recorded frames back until as much time has passed as between their stamps."""
-
-    def __init__(
-        self, stopping: threading.Event, on_clock: Callable[[int], None] | None,
-    ) -> None:
-        self._stopping = stopping
-        self._on_clock = on_clock
-        self._start_s = 0.0
-        self._start_ns: int | None = None
-        self._last_ns = 0
-
-    def wait(self, stamp_ns: int) -> None:
-        """Return when a frame of this stamp is due; stamps that jump back start anew."""
-        if self._start_ns is None or stamp_ns < self._last_ns:
-            self._begin(stamp_ns)
-        self._last_ns = stamp_ns
-        while (left_s := self._left_s(stamp_ns)) > 0 and not self._stopping.is_set():
-            if self._on_clock is None:
-                self._stopping.wait(left_s)
-            else:
-                self._on_clock(stamp_ns - int(left_s * 1e9))
-                self._stopping.wait(min(left_s, _CLOCK_PERIOD_S))
-        if left_s < -_LATEST_S:
-            self._begin(stamp_ns)
-        if self._on_clock is not None:
-            self._on_clock(stamp_ns)
-
-    def _begin(self, stamp_ns: int) -> None:
-        self._start_s, self._start_ns = time.monotonic(), stamp_ns
-
-    def _left_s(self, stamp_ns: int) -> float:
-        assert self._start_ns is not None
-        return self._start_s + (stamp_ns - self._start_ns) * 1e-9 - time.monotonic()
