@@ -8,7 +8,7 @@ from depth_person.camera.frame import Frame
 from depth_person.pose.movenet import MoveNet
 from depth_person.pose.network import PoseNetwork
 from depth_person.pose.networks import open_network
-from depth_person.pose.options import NO_REFINER, PoseOptions
+from depth_person.pose.options import NO_REFINER, PoseOptions, settled
 from depth_person.pose.people import People
 from depth_person.pose.refine import Refiner
 from depth_person.pose.schedule import Schedule
@@ -18,10 +18,15 @@ from depth_person.pose.two_speed import TwoSpeed
 
 
 class PoseEstimator:
-    """Finds the people of one camera's frames, taken in the order of their stamps."""
+    """
+    Finds the people of one camera's frames, taken in the order of their stamps.
+
+    :ivar warning: what the user should know of how the networks run; mostly empty.
+    """
 
     def __init__(self, options: PoseOptions) -> None:
         """Open the networks; raise DepthPersonError when one cannot be had."""
+        options, self.warning = settled(options)
         self._network = open_network(options)
         self._tracker = Tracker()
         self._two_speed = _two_speed(self._network, options, self._tracker)

@@ -1,0 +1,107 @@
+"""Writes networks in another precision; needs the onnx package, which running them does not."""
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+import logging
+from pathlib import Path
+import tempfile
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from depth_person.errors import DepthPersonError
+from depth_person.pose.graph import Graph
+from depth_person.pose.image_tensor import ImageTensor, Pixels
+from depth_person.pose.warps import fitted_size, letterbox_matrix
+
+try:
+    import onnx
+    from onnxruntime.quantization import CalibrationDataReader, quantize_static, QuantType
+    from onnxruntime.transformers.float16 import convert_float_to_float16
+except ImportError as error:
+    raise DepthPersonError(
+        'converting a model needs the onnx package: pip install onnx') from error
+
+PRECISIONS = ('fp16', 'int8')
+#: Images that a calibration looks at; more change little.
+_MOST_IMAGES = 40
+#: Longer side of the images for a network that takes any size, and what its sides are multiples
+#: of.
+_LONG_SIDE, _SIDE_STEP = 512, 32
+_SUFFIXES = ('.png', '.jpg', '.jpeg', '.bmp', '.webp')
+
+
+def convert_precision(
+    source: Path, target: Path, *, precision: str, pixels: Pixels, images: Path | None = None,
+) -> None:
+    """
+    Write a network with weights, and mostly arithmetic, of another precision.
+
+    Inputs and outputs stay as they are, so the result is used as the network was. int8 is static
+    quantization by channel: what ranges the activations have is seen on images.
+
+    :param source: an ONNX file.
+    :param target: the ONNX file to write.
+    :param precision: of PRECISIONS.
+    :param pixels: how the network takes images.
+    :param images: a folder, as int8 needs it: frames like those that the network will see.
+    :raises DepthPersonError: when the network cannot be converted, or there are no images.
+    """
+    if target.suffix != '.onnx':
+        raise DepthPersonError(f'{target} should end in .onnx')
+    if precision == 'int8' and images is None:
+        raise DepthPersonError('int8 needs images to calibrate on: --calibrate FOLDER')
+    try:
+        with tempfile.TemporaryDirectory(dir=target.parent) as folder:
+            made = Path(folder) / 'made.onnx'
+            if images is not None and precision == 'int8':
+                _quantize(source, made, Calibration(source, images, pixels))
+            else:
+                onnx.save(convert_float_to_float16(
+                    onnx.load(source), keep_io_types=True), made)
+            Graph(made)  # raises when it is none
+            made.replace(target)
+    except OSError as error:
+        raise DepthPersonError(f'cannot write {target}: {error}') from error
+
+
+def _quantize(source: Path, target: Path, calibration: Calibration) -> None:
+    logger = logging.getLogger()  # where the quantizer writes hints for developers
+    level = logger.level
+    logger.setLevel(logging.ERROR)
+    try:
+        quantize_static(
+            source, target, calibration, per_channel=True, activation_type=QuantType.QUInt8,
+            weight_type=QuantType.QInt8)
+    finally:
+        logger.setLevel(level)
+
+
+class Calibration(CalibrationDataReader):
+    """Gives a network the images of a folder, evenly chosen, one by one."""
+
+    def __init__(self, network: Path, folder: Path, pixels: Pixels) -> None:
+        """Read what the network takes; raise DepthPersonError when there are no images."""
+        paths = sorted(path for path in folder.rglob('*') if path.suffix.lower() in _SUFFIXES)
+        if not paths:
+            raise DepthPersonError(f'{folder} holds no images ({", ".join(_SUFFIXES)})')
+        graph = Graph(network)
+        self._name = graph.inputs[0].name
+        self._tensor = ImageTensor(graph, pixels)
+        every = -(-len(paths) // _MOST_IMAGES)
+        self._tensors = self._filled(paths[::every])
+
+    def get_next(self) -> dict[str, NDArray[np.generic]] | None:
+        """Return the next input; None after the last."""
+        return next(self._tensors, None)
+
+    def _filled(self, paths: Sequence[Path]) -> Iterator[dict[str, NDArray[np.generic]]]:
+        for path in paths:
+            image = cv2.imread(str(path), cv2.IMREAD_COLOR)
+            if image is None:
+                raise DepthPersonError(f'{path} is not an image that OpenCV can read')
+            raw_size = image.shape[1], image.shape[0]
+            size = self._tensor.size or fitted_size(raw_size, _LONG_SIDE, step=_SIDE_STEP)
+            matrix = letterbox_matrix(raw_size, size)[None]
+            yield {self._name: self._tensor.fill(image, matrix, size)}
