@@ -6,7 +6,6 @@ from contextlib import contextmanager
 import signal
 import threading
 from types import FrameType
-from typing import Any
 
 
 @contextmanager
@@ -32,18 +31,18 @@ def deferred_interrupts() -> Iterator[None]:
 @contextmanager
 def noted_interrupts() -> Iterator[threading.Event]:
     """
-    Turn the first Ctrl-C or SIGTERM within the block into an event; a second one is as usual.
+    Turn the first SIGINT or SIGTERM into an event; a second one ends the process at once.
 
     For work that ends in order once it has looked at the event.
     """
     came = threading.Event()
 
-    def note(number: int, _: FrameType | None) -> None:
+    def on_signal(number: int, _: FrameType | None) -> None:
         came.set()
-        signal.signal(number, previous[number])
+        signal.signal(number, signal.SIG_DFL)
 
-    previous: dict[int, Any] = {
-        number: signal.signal(number, note) for number in (signal.SIGINT, signal.SIGTERM)}
+    previous = {number: signal.signal(number, on_signal)
+                for number in (signal.SIGINT, signal.SIGTERM)}
     try:
         yield came
     finally:

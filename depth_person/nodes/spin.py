@@ -5,10 +5,8 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 import os
 from pathlib import Path
-import signal
 import sys
 import threading
-from types import FrameType
 from typing import Any
 
 import rclpy
@@ -16,6 +14,7 @@ from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
 
 from depth_person.errors import DepthPersonError
+from depth_person.interrupts import noted_interrupts
 from depth_person.nodes.base import StageNode
 
 # How soon a signal is seen: rclpy waits in C, where Python's signal handlers do not run.
@@ -33,7 +32,7 @@ def run_nodes(
     :param args: ROS arguments; None for those of the command line.
     :raises DepthPersonError: when a node cannot be made.
     """
-    with _stop_on_signals() as stop, _ros(args):
+    with noted_interrupts() as stop, ros_context(args):
         nodes: Sequence[StageNode[Any]] = []
         executor = SingleThreadedExecutor()
         try:
@@ -82,7 +81,13 @@ def leave(code: int) -> int:
 
 
 @contextmanager
-def _ros(args: Sequence[str] | None) -> Iterator[None]:
+def ros_context(args: Sequence[str] | None) -> Iterator[None]:
+    """
+    Bring ROS up for the block, without its signal handlers.
+
+    :param args: ROS arguments; None for those of the command line.
+    :raises DepthPersonError: when the arguments cannot be used.
+    """
     try:
         rclpy.init(
             args=None if args is None else list(args),
@@ -94,26 +99,3 @@ def _ros(args: Sequence[str] | None) -> Iterator[None]:
         yield
     finally:
         rclpy.try_shutdown()
-
-
-@contextmanager
-def _stop_on_signals() -> Iterator[threading.Event]:
-    """
-    Turn the first SIGINT or SIGTERM into an event; a second one ends the process at once.
-
-    The context stays valid until the nodes have been closed, so that no thread is surprised in
-    the middle of publishing.
-    """
-    stop = threading.Event()
-
-    def on_signal(number: int, _: FrameType | None) -> None:
-        stop.set()
-        signal.signal(number, signal.SIG_DFL)
-
-    previous = {number: signal.signal(number, on_signal)
-                for number in (signal.SIGINT, signal.SIGTERM)}
-    try:
-        yield stop
-    finally:
-        for number, handler in previous.items():
-            signal.signal(number, handler)
