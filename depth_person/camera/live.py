@@ -2,7 +2,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-import logging
 from threading import Condition, Thread
 import time
 
@@ -15,7 +14,6 @@ from depth_person.camera.opencv import Capture
 from depth_person.camera.source import Source, SourceLost
 from depth_person.camera.stamps import Stamper
 
-LOG = logging.getLogger(__name__)
 #: How long a stream may take to open and to show its first frame.
 OPEN_TIMEOUT_S = 5.0
 
@@ -49,7 +47,6 @@ class LiveSource(Source):
         self._arrived = Condition()
         self._newest: tuple[NDArray[np.uint8], int] | None = None
         self._count = 0
-        self._size: tuple[int, ...] = ()
         self._deadline = time.monotonic() + max(timeout_s, OPEN_TIMEOUT_S)
         self._end: str | None = None  # why no more frames come
         self._closed = False
@@ -99,6 +96,8 @@ class LiveSource(Source):
                 good, image = self._capture.retrieve()
                 if good:
                     self._keep(image, stamp_ns)
+        except SourceLost as error:
+            end = str(error)
         except cv2.error as error:
             end = f'OpenCV fails to read it ({error.err})'
         finally:
@@ -108,7 +107,6 @@ class LiveSource(Source):
                 self._arrived.notify_all()
 
     def _keep(self, image: NDArray[np.uint8], stamp_ns: int) -> None:
-        self._note_size(image.shape[:2])
         with self._arrived:
             if self._closed:
                 return
@@ -117,10 +115,3 @@ class LiveSource(Source):
             self._count += 1
             self._deadline = time.monotonic() + self._timeout_s
             self._arrived.notify_all()
-
-    def _note_size(self, size: tuple[int, ...]) -> None:
-        if self._size and size != self._size:
-            LOG.warning(
-                '%s has changed from %dx%d to %dx%d px; a calibration fits only one of them',
-                self.description, *self._size[::-1], *size[::-1])
-        self._size = size

@@ -4,6 +4,8 @@ from __future__ import annotations
 from collections import deque
 from typing import Protocol
 
+from depth_person.camera.source import SourceLost
+
 #: A driver's time of a frame this far off, seconds, is of another clock.
 _OLDEST_S = 5.0
 #: How long the quickest frame on its way sets what later ones are measured by, seconds. Two
@@ -19,6 +21,11 @@ _LONGEST_BACKLOG_S = 2.0
 #: it has come to its end with so many frames in a row that do not.
 _HURRY_S = 0.003
 _CALM_FRAMES = 3
+
+
+#: Times of a stream that jump back or on by more than this, seconds, are of another stream.
+_STEP_BACK_S = 0.5
+_STEP_ON_S = 10.0
 
 
 class Stamper(Protocol):
@@ -63,6 +70,9 @@ class StreamStamps:
     least delay, which no receiver can know. Measured by it, stamps have the even spacing of the
     sender's, without the jitter of encoding, network and decoding, and never lie after arrival.
 
+    Times that jump mean that the sender has started anew, with images of another size maybe:
+    recent versions of OpenCV would go on and stretch them to the size of before.
+
     The frames that gathered while the stream was being opened come all at once; they are told
     by that, and are not shown.
     """
@@ -76,12 +86,19 @@ class StreamStamps:
         self._quickest: deque[tuple[float, int]] = deque()  # (when, offset ns), offsets rising
 
     def stamp_ns(self, position_ms: float, *, arrival_ns: int, monotonic_s: float) -> int | None:
-        """Return the sender's time by our clock; None for a frame of the backlog."""
+        """
+        Return the sender's time by our clock; None for a frame of the backlog.
+
+        :raises SourceLost: when the sender has started anew.
+        """
         if self._drifts >= _DISTRUST:
             return arrival_ns
-        if position_ms <= self._last_ms:
-            self._quickest.clear()  # no times at all, or a sender that has started anew
+        step_s = (position_ms - self._last_ms) * 1e-3
         self._last_ms = position_ms
+        if self._settled and not -_STEP_BACK_S < step_s < _STEP_ON_S:
+            raise SourceLost('its sender has started anew')
+        if step_s <= 0:
+            self._quickest.clear()  # no times at all, or not yet
         offset_ns = arrival_ns - round(position_ms * 1e6)
         before_ns = self._quickest[0][1] if self._quickest else None
         self._remember(offset_ns, monotonic_s)

@@ -12,6 +12,8 @@ from depth_person.camera.stamps import ArrivalStamps, Stamper, StreamStamps
 from depth_person.camera.stream_fault import stream_fault
 from depth_person.errors import DepthPersonError
 
+#: FFmpeg is not to wait until it knows the rate, nor, where versions differ, for further tracks.
+_PROBING = 'fpsprobesize;0|analyzeduration;3000000'
 #: Longer than FFmpeg is told to take.
 _PATIENCE_S = OPEN_TIMEOUT_S + 1.0
 #: GStreamer is not told; a camera behind it may take a while to start.
@@ -34,9 +36,11 @@ def open_stream(
         # Every thread but one holds a frame back while FFmpeg decodes: 33 ms each at 30 Hz.
         parameters += [cv2.CAP_PROP_N_THREADS, 1]
     scheme = url.partition('://')[0].lower()
-    options = f'rtsp_transport;{transport}' if scheme.startswith('rtsp') else ''
+    options = _PROBING
+    if scheme.startswith('rtsp'):
+        options += f'|rtsp_transport;{transport}'
     if url.endswith('.sdp'):
-        options = 'protocol_whitelist;file,rtp,udp'
+        options += '|protocol_whitelist;file,rtp,udp'
     capture = open_within(_PATIENCE_S, lambda: open_capture(
         url, cv2.CAP_FFMPEG, parameters=parameters, ffmpeg_options=options))
     if capture is None or not capture.isOpened():

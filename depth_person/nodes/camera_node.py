@@ -63,6 +63,7 @@ class CameraNode(StageNode[CameraSettings]):
                 'images, a device such as /dev/video0, a stream URL or a bag')
         self._blur = settings.blur_kernel()
         self._optics = settings.optics()
+        self._size = ''
         if is_preset(settings.camera_info_url):
             self._warn_of_preset(settings.camera_info_url)
         self._image = self.advertise(Image, 'image_raw')
@@ -128,6 +129,7 @@ class CameraNode(StageNode[CameraSettings]):
         """Return the frame as wide as it shall be, with its intrinsics if there are any."""
         optics = self._optics
         height, width = frame.image.shape[:2]
+        self._note_size(f'{width}x{height}')
         frame = optics.shrink(frame)
         intrinsics: Intrinsics | None = None
         try:
@@ -139,6 +141,13 @@ class CameraNode(StageNode[CameraSettings]):
         else:
             self.monitor.clear('calibration')
         return frame if intrinsics is frame.intrinsics else replace(frame, intrinsics=intrinsics)
+
+    def _note_size(self, size: str) -> None:
+        if self._size not in ('', size):
+            self.get_logger().warning(
+                f'the images have changed from {self._size} to {size} px; a calibration fits only '
+                'one of them', throttle_duration_sec=10.0)
+        self._size = size
 
     def _recalibrate(self, intrinsics: Intrinsics) -> None:
         self._optics = replace(self._optics, calibration=intrinsics)
