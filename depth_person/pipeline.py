@@ -42,15 +42,17 @@ class Pipeline:
         """Return the people in a frame, surest first."""
         return self._pose.estimate(frame)
 
-    def recall(self, frame: Frame, keypoints: NDArray[np.float32]) -> People:
+    def recall(
+        self, frame: Frame, keypoints: NDArray[np.float32], track_ids: NDArray[np.int32],
+    ) -> People:
         """
-        Return the people that were found in a frame before, without the network.
+        Return the people that were found in a frame before, without the networks.
 
         What comes of later frames is the same as if they had been found now.
 
-        :param keypoints: (n, 18, 3) as `find` gave them.
+        :param keypoints: (n, 18, 3) of those people, with their track ids (n,).
         """
-        return self._pose.recall(frame, keypoints)
+        return self._pose.recall(frame, keypoints, track_ids)
 
     def measure(
         self, frame: Frame, people: People, mounting: Mounting = Mounting(), *,

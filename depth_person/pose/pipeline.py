@@ -39,20 +39,30 @@ class PoseEstimator:
     def estimate(self, frame: Frame) -> People:
         """Return the people in a frame, nearest first; the surest first without a refiner."""
         if self._two_speed is None:
-            return self.recall(frame, self._network(frame.image))
+            return self._tracked(frame, self._network(frame.image))
         return self._people(*self._two_speed.estimate(frame))
 
-    def recall(self, frame: Frame, keypoints: NDArray[np.float32]) -> People:
+    def recall(
+        self, frame: Frame, keypoints: NDArray[np.float32], track_ids: NDArray[np.int32],
+    ) -> People:
         """
-        Return the people whose keypoints the network found in a frame, now or before.
+        Return the people that were found in a frame before, without the networks.
 
-        :param keypoints: (n, 18, 3) as the network gave them.
+        What comes of later frames is the same as if they had been found now.
+
+        :param keypoints: (n, 18, 3) of those people, with their track ids (n,).
         """
+        if self._two_speed is None:
+            return self._tracked(frame, keypoints)
+        return self._people(*self._two_speed.recall(frame, keypoints, track_ids))
+
+    def _tracked(self, frame: Frame, keypoints: NDArray[np.float32]) -> People:
         return self._people(keypoints, self._tracker.update(keypoints, frame.stamp_ns))
 
     def _people(self, keypoints: NDArray[np.float32], track_ids: NDArray[np.int32]) -> People:
+        # In one layout, since sums over another round differently.
         return People(
-            keypoints, track_ids, neck_measured=self._network.neck_measured,
+            np.ascontiguousarray(keypoints), track_ids, neck_measured=self._network.neck_measured,
             convention=self._network.convention)
 
 

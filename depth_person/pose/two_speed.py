@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from depth_person.camera.frame import Frame
 from depth_person.pose.bodies import body_sizes, boxes, likeness
 from depth_person.pose.detector import Detector, SAME_PERSON, sureness
+from depth_person.pose.looks import Look
 from depth_person.pose.movenet import MIN_KEYPOINTS, MoveNet
 from depth_person.pose.refine import Refiner
 from depth_person.pose.schedule import Schedule
@@ -85,14 +86,38 @@ class TwoSpeed:
         _part_marks(seen, keypoints)
         return self._confirm(seen, keypoints, frame.stamp_ns)
 
+    def recall(
+        self, frame: Frame, keypoints: Array, track_ids: NDArray[np.int32],
+    ) -> tuple[Array, NDArray[np.int32]]:
+        """
+        Return what `estimate` found in a frame before, and go on as if it had been found now.
+
+        Whoever was beyond max_people then is not known, and so found anew later.
+        """
+        if self._tracker.advance(frame.stamp_ns):
+            self._schedule.restart()
+        self._due_looks(frame)
+        tracks = {track.track_id: track for track in self._tracker.tracks}
+        for row in np.argsort(track_ids, kind='stable'):  # ids are given in rising order
+            track = tracks.get(int(track_ids[row]))
+            if track is None:
+                self._tracker.start(keypoints[row, :, :2], frame.stamp_ns)
+            else:
+                track.confirm(keypoints[row, :, :2], frame.stamp_ns)
+        return keypoints, track_ids
+
+    def _due_looks(self, frame: Frame) -> tuple[Array, list[Look]]:
+        """Return where those who are tracked are expected (n, 18, 2), and the looks to take."""
+        height, width = frame.image.shape[:2]
+        expected = np.array(
+            [track.predicted(frame.stamp_ns) for track in self._tracker.tracks], np.float32,
+        ).reshape(-1, N_KEYPOINTS, 2)
+        return expected, self._schedule.looks(width, height, np.nanmean(expected, axis=1))
+
     def _look(self, frame: Frame) -> _Seen:
         """Return who is tracked, and who is new by the looks that are due."""
-        height, width = frame.image.shape[:2]
         tracks = self._tracker.tracks
-        expected = np.array(
-            [track.predicted(frame.stamp_ns) for track in tracks], np.float32,
-        ).reshape(-1, N_KEYPOINTS, 2)
-        looks = self._schedule.looks(width, height, np.nanmean(expected, axis=1))
+        expected, looks = self._due_looks(frame)
         found = self._detector.find(frame.image, looks)
         detected = np.full((len(tracks), N_KEYPOINTS, 3), np.nan, np.float32)
         sizes = np.array([track.size for track in tracks], np.float32)

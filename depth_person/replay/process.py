@@ -56,10 +56,10 @@ class Codec(Protocol):
 
 
 class Recollection(Protocol):
-    """Knows the keypoints that were found before, frame by frame."""
+    """Knows the people that were found before, frame by frame."""
 
-    def keypoints(self, frame: Frame) -> NDArray[np.float32] | None:
-        """Return the (n, 18, 3) keypoints of the next frame; None where they are not known."""
+    def people(self, frame: Frame) -> tuple[NDArray[np.float32], NDArray[np.int32]] | None:
+        """Return (n, 18, 3) keypoints and (n,) track ids of the next frame; None if not known."""
         ...
 
 
@@ -99,7 +99,7 @@ class Processor:
     """
     One run over some bags; reading, finding people, and the rest work at the same time.
 
-    :param recollection: gives keypoints in place of the network as long as it knows them.
+    :param recollection: gives people in place of the network as long as it knows them.
     """
 
     def __init__(
@@ -180,9 +180,9 @@ class Processor:
         for step in steps:
             people = None
             if step.frame is not None:
-                known = self._recollection.keypoints(step.frame)
+                known = self._recollection.people(step.frame)
                 people = (self._see(step.frame) if known is None
-                          else self._pipeline.recall(step.frame, known))
+                          else self._pipeline.recall(step.frame, *known))
             yield step, people
 
     def _see(self, frame: Frame) -> People | None:

@@ -66,9 +66,9 @@ class RunRecord:
                 'another name, or --overwrite')
 
 
-class RecordedKeypoints(Closing):
+class RecordedPeople(Closing):
     """
-    The keypoints of a bag of results, frame by frame.
+    The keypoints and track ids of a bag of results, frame by frame.
 
     :param topic: of the keypoints; None knows none.
     :ivar total: how many frames there are.
@@ -82,9 +82,9 @@ class RecordedKeypoints(Closing):
             self._reader.messages([topic]) if self._reader and known else iter(()))
         self._bag = bag
 
-    def keypoints(self, frame: Frame) -> NDArray[np.float32] | None:
+    def people(self, frame: Frame) -> tuple[NDArray[np.float32], NDArray[np.int32]] | None:
         """
-        Return the (n, 18, 3) keypoints of the next frame; None where they are not known.
+        Return (n, 18, 3) keypoints and (n,) track ids of the next frame; None if not known.
 
         :raises DepthPersonError: when the bag goes on with another frame.
         """
@@ -97,7 +97,8 @@ class RecordedKeypoints(Closing):
                 f'{stamp_ns(message.header)} ns instead of {frame.stamp_ns} ns; give another '
                 'name, or --overwrite')
         points = cloud_points(message)
-        return np.stack([points[name] for name in ('u', 'v', 'score')], axis=-1)
+        keypoints = np.stack([points[name] for name in ('u', 'v', 'score')], axis=-1)
+        return keypoints, points['track_id'][:, 0].astype(np.int32)
 
     def close(self) -> None:
         """Close the bag."""
@@ -164,7 +165,7 @@ def _before(path: Path) -> Path:
 
 def _frames(bag: Path, topic: str) -> int:
     try:
-        with RecordedKeypoints(bag, topic) as recorded:
+        with RecordedPeople(bag, topic) as recorded:
             return recorded.total
     except DepthPersonError:  # a bag that ends in its first bytes
         return 0

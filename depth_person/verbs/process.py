@@ -26,7 +26,7 @@ from depth_person.replay.surroundings import Surroundings
 from depth_person.replay.unfinished import (
     begin_anew,
     keep_better,
-    RecordedKeypoints,
+    RecordedPeople,
     RunRecord,
     set_aside,
 )
@@ -117,7 +117,7 @@ def _process(args: argparse.Namespace, bags: InputBags) -> Outcome | None:
     pipeline = Pipeline(pose.pose_options(), depth.distance_options())
     before = set_aside(args.output, settings, codec.keypoint_topic) if args.resume else None
     try:
-        with RecordedKeypoints(before, codec.keypoint_topic) as recorded:
+        with RecordedPeople(before, codec.keypoint_topic) as recorded:
             processor = Processor(
                 bags, job, pipeline=pipeline, codec=codec, surroundings=surroundings,
                 recollection=recorded)

@@ -21,7 +21,7 @@ from depth_person.replay.input_bags import InputBags
 from depth_person.replay.process import Job, Processor
 from depth_person.replay.steps import Step, StepReader
 from depth_person.replay.surroundings import Surroundings
-from depth_person.replay.unfinished import RecordedKeypoints
+from depth_person.replay.unfinished import RecordedPeople
 from depth_person.settings.depth import DepthSettings
 from depth_person.settings.pose import PoseSettings
 
@@ -75,7 +75,7 @@ def make_processor(bags: InputBags, pipeline: Pipeline) -> Processor:
     """Return a run over a bag that starts from nothing."""
     return Processor(
         bags, make_job(bags), pipeline=pipeline, codec=ResultCodec(DEPTH),
-        surroundings=Surroundings(bags, DEPTH), recollection=RecordedKeypoints(None, ''))
+        surroundings=Surroundings(bags, DEPTH), recollection=RecordedPeople(None, ''))
 
 
 def together(bag: Path, pipeline: Pipeline) -> None:
