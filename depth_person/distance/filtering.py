@@ -138,11 +138,13 @@ class States:
         noise[:, 1, 1] = noise[:, 2, 2] = (across_sigma(log_sigma) / near) ** 2
         projected = slope @ self.covariance
         spread = projected @ slope.transpose(0, 2, 1) + noise
-        gain = np.linalg.solve(spread, projected).transpose(0, 2, 1)
+        solved = np.linalg.solve(
+            spread, np.concatenate([projected, innovation[..., None]], axis=2))
+        gain = solved[..., :N_STATES].transpose(0, 2, 1)
         rest = np.eye(N_STATES) - gain @ slope
         covariance = (rest @ self.covariance @ rest.transpose(0, 2, 1)
                       + gain @ noise @ gain.transpose(0, 2, 1))
-        off = (innovation * np.linalg.solve(spread, innovation[..., None])[..., 0]).sum(axis=1)
+        off = (innovation * solved[..., N_STATES]).sum(axis=1)
         return Update(
             States(self.mean + (gain @ innovation[..., None])[..., 0], covariance),
             np.where((away * seen).sum(axis=1) > 0, off, np.inf))
@@ -187,7 +189,7 @@ def started(
     along = ray[:, :, None] * ray[:, None]
     covariance = np.zeros((n, N_STATES, N_STATES))
     covariance[:, POSITION, POSITION] = (
-        ((log_sigma * _length(away)) ** 2)[:, None, None] * along
+        (shares.variance * _length(away) ** 2)[:, None, None] * along
         + (across_sigma(log_sigma) ** 2)[:, None, None] * (np.eye(3) - along))
     covariance[:, POSITION, BODY:] = -away[:, :, None] * (errors * prior)[:, None]
     covariance[:, BODY:, POSITION] = covariance[:, POSITION, BODY:].transpose(0, 2, 1)

@@ -10,7 +10,7 @@ from depth_person.distance.contact import time_to_contact
 from depth_person.distance.estimator import Cue, Distances, Reason
 from depth_person.distance.filtering import Motion, POSITION, States, VELOCITY
 from depth_person.distance.tracked import CameraPose, TrackedPeople
-from depth_person.distance.tracks import Sightings, Tracks
+from depth_person.distance.tracks import missing, Sightings, Tracks
 from depth_person.errors import DepthPersonError
 from depth_person.pose.people import People
 
@@ -159,8 +159,8 @@ class PeopleFilter:
         tracks = self._tracks
         tracks = tracks.take(
             (stamp_ns - tracks.measured_ns) * _NS <= self._options.prediction_time)
-        hidden = tracks.take(~np.isin(tracks.ids, people.track_ids))
-        result = TrackedPeople.unfiltered(people, measured).with_hidden(hidden.ids)
+        hidden = tracks.ids[missing(tracks.ids, people.track_ids)]
+        result = TrackedPeople.unfiltered(people, measured).with_hidden(hidden)
         rows = tracks.rows(result.people.track_ids)
         which = rows >= 0
         tracks = tracks.take(rows[which])

@@ -97,6 +97,9 @@ class Tracks:
         :param present: (m,) ids of everyone in the frame, measured or not.
         :param motion: what is not known of people who begin.
         """
+        rows = self.rows(seen.ids)
+        if (rows >= 0).all():
+            return self._updated(rows, seen, motion)
         tracks = self._renamed(seen, present)
         rows = tracks.rows(seen.ids)
         known, fresh = seen.take(rows >= 0), seen.take(rows < 0)
@@ -109,7 +112,8 @@ class Tracks:
         again = ~update.likely & (self.outliers[rows] + 1 >= OUTLIERS) & (waited_s >= OUTLIERS_S)
         used = update.likely | again
         states = self.states.put(rows[update.likely], update.states.take(update.likely))
-        states = states.put(rows[again], seen.take(again).begun(motion).states)
+        if again.any():
+            states = states.put(rows[again], seen.take(again).begun(motion).states)
         measured_ns, outliers = self.measured_ns.copy(), self.outliers.copy()
         measured_ns[rows[used]] = seen.stamp_ns
         outliers[rows] = np.where(used, 0, outliers[rows] + 1)
@@ -117,8 +121,8 @@ class Tracks:
 
     def _renamed(self, seen: Sightings, present: NDArray[np.int32]) -> Tracks:
         """Return the tracks, those of lost people under the ids of new people found there."""
-        lost = np.flatnonzero(~np.isin(self.ids, present))
-        new = np.flatnonzero(~np.isin(seen.ids, self.ids))
+        lost = np.flatnonzero(missing(self.ids, present))
+        new = np.flatnonzero(missing(seen.ids, self.ids))
         if not (lost.size and new.size):
             return self
         row, found = (each.ravel() for each in np.meshgrid(lost, new))
@@ -129,3 +133,8 @@ class Tracks:
             if ids[row[pair]] == self.ids[row[pair]] and seen.ids[found[pair]] not in ids:
                 ids[row[pair]] = seen.ids[found[pair]]
         return replace(self, ids=ids)
+
+
+def missing(ids: NDArray[np.int32], others: NDArray[np.int32]) -> NDArray[np.bool_]:
+    """Return (n,) whether an id is none of the others."""
+    return (ids[:, None] != others).all(axis=1)
