@@ -52,10 +52,13 @@ def test_deactivating_a_node_stops_its_output_and_what_follows_until_it_is_activ
     manager = Manager(composed)
     assert manager.state(node) == State.PRIMARY_STATE_ACTIVE
     assert manager.change(node, Transition.TRANSITION_DEACTIVATE)
-    composed.spin_for(0.2)  # what has been on its way
-    for messages in composed.outputs.values():
+    composed.spin_for(0.15)  # what DDS still holds
+    composed.outputs[node].clear()
+    composed.spin_for(1.0)
+    assert not composed.outputs[node]
+    for messages in composed.outputs.values():  # others have finished the frame that they had
         messages.clear()
-    composed.spin_for(0.8)
+    composed.spin_for(0.5)
     assert {name for name, messages in composed.outputs.items() if not messages} == set(silent)
     assert composed.fault(node, 'inactive').level == b'\x01'
     assert manager.change(node, Transition.TRANSITION_ACTIVATE)
