@@ -11,7 +11,7 @@ _OLDEST_S = 5.0
 #: How long the quickest frame on its way sets what later ones are measured by, seconds. Two
 #: clocks of quartz drift apart by less than a millisecond in it.
 _WINDOW_S = 2.0
-#: Clocks that part by more than this in the window, seconds, do not run at one rate.
+#: Clocks that part by more than this from one window to the next, seconds, differ in rate.
 _DRIFT_S = 0.1
 #: A sender whose clock does so as many times in a row has no clock: FFmpeg has made its times up.
 _DISTRUST = 3
@@ -21,8 +21,6 @@ _LONGEST_BACKLOG_S = 2.0
 #: it has come to its end with so many frames in a row that do not.
 _HURRY_S = 0.003
 _CALM_FRAMES = 3
-
-
 #: Times of a stream that jump back or on by more than this, seconds, are of another stream.
 _STEP_BACK_S = 0.5
 _STEP_ON_S = 10.0
@@ -83,6 +81,7 @@ class StreamStamps:
         self._calm = 0
         self._settled = False
         self._drifts = 0
+        self._window: tuple[float, int] | None = None  # when it began, smallest offset then
         self._quickest: deque[tuple[float, int]] = deque()  # (when, offset ns), offsets rising
 
     def stamp_ns(self, position_ms: float, *, arrival_ns: int, monotonic_s: float) -> int | None:
@@ -123,7 +122,11 @@ class StreamStamps:
         while queue and queue[-1][1] >= offset_ns:
             queue.pop()
         queue.append((monotonic_s, offset_ns))
-        if monotonic_s - queue[0][0] > _WINDOW_S:
-            _, least_ns = queue.popleft()
-            parted = queue[0][1] - least_ns > _DRIFT_S * 1e9
+        while monotonic_s - queue[0][0] > _WINDOW_S:
+            queue.popleft()
+        since_s, before_ns = self._window or (monotonic_s, offset_ns)
+        if monotonic_s - since_s >= _WINDOW_S:
+            parted = abs(queue[0][1] - before_ns) > _DRIFT_S * 1e9
             self._drifts = self._drifts + 1 if parted else 0
+        if self._window is None or monotonic_s - since_s >= _WINDOW_S:
+            self._window = (monotonic_s, queue[0][1])

@@ -223,8 +223,9 @@ def test_an_impossible_rate_is_refused(tmp_path, fps):
 
 @pytest.mark.parametrize(('spec', 'live'), [
     ('/dev/video0', True), ('/dev/null', True), ('0', True), ('rtsp://host/path', True),
-    ('udp://@:5000', True), ('RTSP://host/path', True), ('http://host/mjpeg', True), ('cam.sdp', True),
-    ('test://', True), ('v4l2src ! videoconvert ! appsink', True), ('http://host/a.mp4?x=1', False),
+    ('udp://@:5000', True), ('RTSP://host/path', True), ('http://host/mjpeg', True),
+    ('cam.sdp', True), ('test://', True), ('v4l2src ! videoconvert ! appsink', True),
+    ('http://host/a.mp4?x=1', False),
     ('flight.mp4', False), ('/data/bag', False), ('file:///data/flight.mp4', False),
     ('gopher://host', False), ('', False)])
 def test_devices_and_streams_may_come_later(spec, live):
