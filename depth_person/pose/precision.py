@@ -67,15 +67,44 @@ def convert_precision(
 
 
 def _quantize(source: Path, target: Path, calibration: Calibration) -> None:
+    resized = target.with_suffix('.resized.onnx')
+    onnx.save(_with_scales(onnx.load(source)), resized)
     logger = logging.getLogger()  # where the quantizer writes hints for developers
     level = logger.level
     logger.setLevel(logging.ERROR)
     try:
         quantize_static(
-            source, target, calibration, per_channel=True, activation_type=QuantType.QUInt8,
+            resized, target, calibration, per_channel=True, activation_type=QuantType.QUInt8,
             weight_type=QuantType.QInt8)
     finally:
         logger.setLevel(level)
+
+
+def _with_scales(model: onnx.ModelProto) -> onnx.ModelProto:
+    """
+    Return a network whose resizing to a fixed size is told by scales.
+
+    When ONNX Runtime lays quantized networks out anew, it takes the sizes of two axes for those
+    of all four, and refuses the network.
+    """
+    inferred = onnx.shape_inference.infer_shapes(model)
+    shapes = {value.name: [side.dim_value for side in value.type.tensor_type.shape.dim]
+              for value in inferred.graph.value_info}
+    fixed = {value.name: onnx.numpy_helper.to_array(value) for value in model.graph.initializer}
+    for node in model.graph.node:
+        axes = next((list(each.ints) for each in node.attribute if each.name == 'axes'), [])
+        if node.op_type != 'Resize' or not axes or node.input[3] not in fixed:
+            continue
+        scales = np.ones(4, np.float32)
+        shape = np.array(shapes[node.input[0]])
+        scales[axes] = fixed[node.input[3]] / shape[axes]
+        name = f'{node.output[0]}_scales'
+        model.graph.initializer.append(onnx.numpy_helper.from_array(scales, name))
+        kept = [each for each in node.attribute if each.name != 'axes']
+        del node.input[1:], node.attribute[:]
+        node.input.extend(['', name])
+        node.attribute.extend(kept)
+    return model
 
 
 class Calibration(CalibrationDataReader):
