@@ -1,0 +1,54 @@
+"""The verb report: one self-contained page about a bag of results."""
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+import sys
+
+from depth_person.errors import DepthPersonError
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    parser.description = (
+        'Write one page that needs nothing beside it: ranges, places, latency, sample frames, '
+        'and errors where the truth is known. Exit code 1 when some of the bag could not be used.')
+    parser.add_argument('bag', type=Path, metavar='BAG', help='bag with results')
+    parser.add_argument(
+        '-o', '--output', type=Path, default=Path('report.html'), metavar='FILE',
+        help='the page (default %(default)s)')
+    parser.add_argument(
+        '--truth', metavar='TOPIC|CSV',
+        help='true places: a topic of clouds (x, y, z or range, track_id), or a CSV file '
+             '(stamp_ns, stamp_s or time_s; id; x, y, z or range)')
+    parser.add_argument(
+        '--topic', metavar='NAME', help='of the results, in a bag that has several')
+    parser.add_argument(
+        '--image-topic', metavar='NAME', help='of the sample frames, in a bag that has several')
+    parser.add_argument(
+        '--frames', type=_count, default=6, metavar='N',
+        help='how many sample frames (default %(default)s)')
+
+
+def _count(text: str) -> int:
+    value = int(text)
+    if not 0 <= value <= 100:
+        raise argparse.ArgumentTypeError(f'{text} is not from 0 to 100')
+    return value
+
+
+def main(args: argparse.Namespace) -> int:
+    """Write the page; return 1 when some of the bag could not be used."""
+    from depth_person.replay.report import make_report  # needs matplotlib
+    report = make_report(
+        args.bag, truth=args.truth, topic=args.topic, image_topic=args.image_topic,
+        frames=args.frames)
+    try:
+        args.output.parent.mkdir(parents=True, exist_ok=True)
+        args.output.write_text(report.html, encoding='utf-8')
+    except OSError as error:
+        raise DepthPersonError(f'cannot write {args.output}: {error.strerror}') from error
+    print(f'wrote {args.output} ({args.output.stat().st_size / 1e6:.1f} MB)')
+    for fault in report.faults:
+        print(f'depth_person report: {fault}', file=sys.stderr)
+    return 1 if report.faults else 0

@@ -1,0 +1,269 @@
+"""The page about a bag of results: complete, self-contained, and right."""
+import base64
+from html.parser import HTMLParser
+import re
+import xml.etree.ElementTree as ET
+
+import cv2
+import numpy as np
+import pytest
+from report_bag import FRAMES, HEIGHT, true_place, WIDTH, write_report_bag
+from result_bags import results as made_results
+from result_bags import START_NS, STEP_NS, write_results
+
+from depth_person.cli import main
+from depth_person.errors import DepthPersonError
+from depth_person.replay.report import make_report
+from depth_person.replay.results import read_results
+from depth_person.replay.timing import timing
+from depth_person.replay.truth import read_truth
+
+VOID = {'meta', 'img', 'br'}
+
+
+class Page(HTMLParser):
+    """A parsed page: that its tags are closed is checked on the way."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.tags, self.attributes, self.rows, self.words = [], [], [], ''
+        self._open = []
+        self.feed(text)
+        self.close()
+        assert self._open == []
+
+    def handle_starttag(self, tag, attributes):
+        self.tags.append(tag)
+        self.attributes += attributes
+        if tag == 'tr':
+            self.rows.append([])
+        if tag in ('td', 'th'):
+            self.rows[-1].append('')
+        if tag not in VOID:
+            self._open.append(tag)
+
+    def handle_endtag(self, tag):
+        assert self._open.pop() == tag
+
+    def handle_data(self, data):
+        self.words += data
+        if self._open and self._open[-1] in ('td', 'th'):
+            self.rows[-1][-1] += data
+
+    def named(self, name):
+        return [value for key, value in self.attributes if key == name]
+
+    def row(self, first):
+        """Return the cells of the row that begins so, by the heading above it."""
+        heading = None
+        for row in self.rows:
+            if row[0] in ('people', 'person', 'topic'):
+                heading = row
+            if row[0] == first:
+                return dict(zip(heading or row, row, strict=False))
+        raise AssertionError(f'no row {first}')
+
+
+@pytest.fixture(scope='module')
+def bag(tmp_path_factory):
+    """Return a bag in which everyone is measured 10 % too far, with a sigma of 0.3 m."""
+    return write_report_bag(tmp_path_factory.mktemp('bag') / 'walk')
+
+
+@pytest.fixture(scope='module')
+def html(bag):
+    return make_report(bag, truth='/person_truth').html
+
+
+@pytest.fixture(scope='module')
+def page(html):
+    return Page(html)
+
+
+def test_the_page_needs_nothing_beside_it(html, page):
+    assert page.tags.count('script') == 0
+    assert not {'link', 'iframe', 'object', 'embed', 'base', 'svg'} & set(page.tags)
+    assert [name for name, _ in page.attributes if name.startswith('on')] == []
+    assert page.named('href') == []
+    sources = page.named('src')
+    assert len(sources) == 4 + 6
+    assert all(source.startswith('data:image/') for source in sources)
+    assert 'http://' not in html
+    assert 'https://' not in html
+    assert 'url(' not in html
+    assert "default-src 'none'; img-src data:" in html
+
+
+def test_every_name_is_there_once(page):
+    ids = page.named('id')
+    assert sorted(ids) == sorted(set(ids))
+    assert {'people', 'topics', 'range-over-time', 'birds-eye-view', 'errors', 'timing',
+            'frames'} <= set(ids)
+    assert all(page.named('alt'))
+
+
+def test_the_drawings_are_whole_and_need_nothing_either(page):
+    drawings = [base64.b64decode(source.partition(',')[2]) for source in page.named('src')
+                if source.startswith('data:image/svg')]
+    assert len(drawings) == 4
+    for drawing in drawings:
+        root = ET.fromstring(drawing)
+        assert root.tag.endswith('svg')
+        links = [value for each in root.iter() for key, value in each.attrib.items()
+                 if key.endswith(('href', 'src'))]
+        assert all(link.startswith('#') for link in links)
+        ids = {each.get('id') for each in root.iter() if each.get('id')}
+        assert {link[1:] for link in links} <= ids
+
+
+def test_sample_frames_show_the_skeleton_in_the_picture(page):
+    pictures = [
+        cv2.imdecode(np.frombuffer(base64.b64decode(source.partition(',')[2]), np.uint8), 1)
+        for source in page.named('src') if source.startswith('data:image/jpeg')]
+    assert len(pictures) == 6
+    for picture in pictures:
+        assert picture.shape == (HEIGHT, WIDTH, 3)
+        corner, middle = picture[-50:, :50].std(), picture[60:, 280:420].std()
+        assert corner < 2 < middle
+
+
+def test_the_errors_are_those_of_the_bag(page):
+    everyone = page.row('all')
+    assert everyone['n'] == str(FRAMES)
+    assert everyone['found'] == '100%'
+    assert everyone['median error'] == '10.0%'
+    true = np.linalg.norm([true_place(index) for index in range(FRAMES)], axis=1)
+    assert float(everyone['bias m']) == pytest.approx(0.1 * true.mean(), abs=0.006)
+    assert everyone['within 1 sigma'] == '0%'
+    assert everyone['within 2 sigma'] == f'{(0.1 * true <= 0.6).mean():.0%}'
+    assert page.row('person 5')['n'] == str(FRAMES)
+    assert page.row('5-10 m')['n'] == str((true >= 5).sum())
+    assert 'Ranges that belong to nobody known: 0' in page.words
+
+
+def test_the_people_and_the_topics_are_listed(page):
+    person = page.row('#1')
+    assert person['frames'] == str(FRAMES)
+    assert person['nearest m'] == f'{1.1 * np.linalg.norm(true_place(0)):.2f}'
+    assert page.row('/image_raw/compressed')['messages'] == str(FRAMES)
+    assert f'0 of {FRAMES} images have no result' in page.words
+
+
+def test_the_same_bag_gives_the_same_page(bag, html):
+    assert make_report(bag, truth='/person_truth').html == html
+
+
+def test_a_name_that_looks_like_html_stays_text(tmp_path):
+    bag = write_report_bag(tmp_path / '<b>&amp;', images=False)
+    assert 'People in <b>&amp;' in Page(make_report(bag).html).words
+
+
+def test_a_bag_without_images_or_people_gives_a_page_that_says_so(tmp_path):
+    page = Page(make_report(write_results(tmp_path / 'bag', [[], []])).html)
+    assert 'None: bag' in page.words
+    assert 'no topic of type sensor_msgs/msg/Image' in page.words
+    assert '0 people in 0 sightings' in page.words
+
+
+@pytest.mark.parametrize(('delay_ns', 'latency'), [
+    (0, None), (50_000_000, [50.0] * FRAMES), (-50_000_000, None), (10**13, None)])
+def test_latency_is_told_only_where_stamps_and_recording_share_a_clock(
+        tmp_path, delay_ns, latency):
+    found = timing(read_results(write_report_bag(
+        tmp_path / 'bag', delay_ns=delay_ns, images=False)))
+    if latency is None:
+        assert found.latency_s is None
+        assert found.remark
+    else:
+        assert 1e3 * found.latency_s == pytest.approx(latency, abs=1e-3)
+        assert not found.remark
+
+
+def test_gaps_are_counted():
+    whole = made_results([[]] * 6)
+    assert timing(whole).gaps == 0
+    keep = [0, 1, 2, 4, 5]
+    torn = type(whole)('', whole.stamps_ns[keep], whole.recorded_ns[keep], whole.people)
+    assert timing(torn).gaps == 1
+    assert timing(torn).interval_s.max() == pytest.approx(0.2)
+
+
+TABLES = {
+    'places by nanoseconds': 'stamp_ns,id,x,y,z\n'
+    f'{START_NS},7,1,2,2\n{START_NS + 4 * STEP_NS},7,2,4,4\n',
+    'ranges by seconds': f'stamp_s,range\n{START_NS / 1e9},3\n{START_NS / 1e9 + 0.4},6\n',
+    'ranges after the first': 'time_s,range,id\n0,3,1\n0.4,6,1\n',
+}
+
+
+@pytest.mark.parametrize('kind', TABLES)
+def test_truth_between_two_rows_of_a_table_is_interpolated(tmp_path, kind):
+    path = tmp_path / 'truth.csv'
+    path.write_text(TABLES[kind])
+    truth = read_truth(str(path), made_results([[]] * 8), tmp_path)
+    assert truth.people.frame.tolist() == [0, 1, 2, 3, 4]
+    assert truth.people.range == pytest.approx([3, 3.75, 4.5, 5.25, 6])
+
+
+def test_truth_across_a_long_gap_is_not_known(tmp_path):
+    path = tmp_path / 'truth.csv'
+    path.write_text('time_s,range\n0,3\n0.7,6\n')
+    truth = read_truth(str(path), made_results([[]] * 8), tmp_path)
+    assert truth.people.frame.tolist() == [0, 7]
+
+
+@pytest.mark.parametrize(('text', 'said'), [
+    ('', 'has 0 rows of nothing'), ('a,b\n1,2\n', 'has 1 rows of a, b'),
+    ('stamp_ns,range\n1,far\n', 'no table of numbers'),
+    ('stamp_ns,range\n1.5,2\n', 'no table of numbers'),
+    ('time_s,range\nnan,2\n', 'no table of numbers'),
+    ('time_s,range\n1,-2\n', 'a range that is no positive number'),
+    ('time_s,x,y\n1,2,3\n', 'lacks the range, or x, y and z'),
+])
+def test_a_table_that_is_no_truth_is_refused(tmp_path, text, said):
+    path = tmp_path / 'truth.csv'
+    path.write_text(text)
+    with pytest.raises(DepthPersonError, match=said):
+        read_truth(str(path), made_results([[]]), tmp_path)
+
+
+@pytest.mark.parametrize(('topic', 'said'), [
+    ('/nothing', 'is not in it'), ('camera_info', 'is sensor_msgs/msg/CameraInfo')])
+def test_a_topic_that_is_no_truth_is_refused(bag, topic, said):
+    with pytest.raises(DepthPersonError, match=said):
+        make_report(bag, truth=topic)
+
+
+def test_the_command_writes_the_page(bag, tmp_path, capsys):
+    out = tmp_path / 'new' / 'report.html'
+    assert main(['report', str(bag), '--truth', '/person_truth', '-o', str(out),
+                 '--frames', '2']) == 0
+    assert Page(out.read_text()).named('src')
+    assert f'wrote {out}' in capsys.readouterr().out
+
+
+@pytest.mark.parametrize('part', [0.3, 0.6, 0.9, 0.99])
+def test_of_a_torn_bag_what_is_left_is_reported_and_the_exit_code_is_1(tmp_path, capsys, part):
+    bag = write_report_bag(tmp_path / 'bag')
+    data = (bag / 'bag.mcap').read_bytes()
+    (bag / 'bag.mcap').write_bytes(data[:int(part * len(data))])
+    out = tmp_path / 'report.html'
+    assert main(['report', str(bag), '-o', str(out)]) == 1
+    page = Page(out.read_text())
+    assert int(re.search(r'(\d+) frames in', page.words)[1]) >= int(part * FRAMES) - 1
+    assert 'What could not be used' in page.words
+    assert 'is damaged' in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(('arguments', 'said'), [
+    (['/nowhere'], 'there is no bag at'),
+    (['BAG', '--topic', 'image_raw/compressed'], 'is of type'),
+    (['BAG', '--image-topic', '/nothing'], 'no image topic /nothing'),
+    (['BAG', '-o', '/proc/nowhere/report.html'], 'cannot write'),
+])
+def test_what_cannot_be_is_named(bag, tmp_path, capsys, arguments, said):
+    arguments = [str(bag) if word == 'BAG' else word for word in arguments]
+    if '-o' not in arguments:
+        arguments += ['-o', str(tmp_path / 'report.html')]
+    assert main(['report', *arguments]) == 1
+    assert said in capsys.readouterr().err
