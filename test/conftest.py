@@ -1,6 +1,9 @@
 """What all tests share."""
 import pytest
 
+#: Files of the core that talk to other processes.
+_LIVE = ('test_camera_live', 'test_camera_streams')
+
 
 def pytest_collection_modifyitems(items):
     """
@@ -10,5 +13,5 @@ def pytest_collection_modifyitems(items):
     hold, which is no fault of what is tested; a fault fails twice.
     """
     for item in items:
-        if item.path.parent.name in ('nodes', 'system') or item.path.stem == 'test_camera_live':
+        if item.path.parent.name in ('nodes', 'system') or item.path.stem in _LIVE:
             item.add_marker(pytest.mark.flaky(reruns=1))
