@@ -160,3 +160,9 @@ def test_a_person_needs_the_calibration_of_this_camera(
     assert main(['calibrate', '--person', *options, '--at', '3', str(three_metres),
                  '-o', str(tmp_path / 'me.yaml')]) == 1
     assert complaint in capsys.readouterr().err
+
+
+def test_a_distance_that_is_no_number_is_named(three_metres, tmp_path, capsys):
+    assert main(['calibrate', '--at', 'three', str(three_metres),
+                 '-o', str(tmp_path / 'c.yaml')]) == 1
+    assert "not 'three'" in capsys.readouterr().err
