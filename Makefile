@@ -12,6 +12,8 @@ PARAMS ?= config/depth_person.yaml
 VENV := .venv
 NATIVE := .venv-native
 BIN := $(VENV)/bin
+# The core's tests share nothing; those of nodes share the machine's time, and run one by one.
+TOGETHER := -n 2 --dist loadfile
 
 .PHONY: help install model demo run test test-native lint clean
 
@@ -62,10 +64,11 @@ test: lint
 	@if $(BIN)/python -c 'import sys; sys.exit(sys.version_info >= (3, 13))'; \
 	then $(MAKE) test-native; \
 	else echo 'NumPy 1.26 ends with Python 3.12: the core is not tested with it here'; fi
-	$(BIN)/python -m pytest test
+	$(BIN)/python -m pytest $(TOGETHER) test/core
+	$(BIN)/python -m pytest test/nodes test/system
 
 test-native: $(NATIVE)/.installed
-	$(NATIVE)/bin/python -m pytest test/core
+	$(NATIVE)/bin/python -m pytest $(TOGETHER) test/core
 
 clean:
 	rm -rf $(VENV) $(NATIVE) out build install log

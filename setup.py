@@ -60,6 +60,7 @@ setup(
             'pytest>=8.0',
             'pytest-rerunfailures>=14.0',
             'pytest-timeout>=2.3',
+            'pytest-xdist>=3.5',
             'ruff>=0.6',
             'scikit-image>=0.22',
             'scikit-learn>=1.4',
