@@ -93,7 +93,7 @@ def _with_scales(model: onnx.ModelProto) -> onnx.ModelProto:
     fixed = {value.name: onnx.numpy_helper.to_array(value) for value in model.graph.initializer}
     for node in model.graph.node:
         axes = next((list(each.ints) for each in node.attribute if each.name == 'axes'), [])
-        if node.op_type != 'Resize' or not axes or node.input[3] not in fixed:
+        if node.op_type != 'Resize' or not axes or not fixed.keys() & set(node.input[3:4]):
             continue
         scales = np.ones(4, np.float32)
         shape = np.array(shapes[node.input[0]])
