@@ -48,6 +48,7 @@ setup(
             'anny>=0.6', 'onnx>=1.16', 'scikit-learn>=1.4', 'scipy>=1.11', 'skl2onnx>=1.17',
             'torch==2.13.0'],
         'test': [
+            'brotli>=1.1',
             'colcon-common-extensions',
             'hypothesis>=6.100',
             'imageio-ffmpeg>=0.5',

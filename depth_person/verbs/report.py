@@ -12,7 +12,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.description = (
         'Write one page that needs nothing beside it: ranges, places, latency, sample frames, '
-        'and errors where the truth is known. Exit code 1 when some of the bag could not be used.')
+        'and errors where the truth is known. Exit code 0: all of the bag was used, 1: no page, '
+        '3: a page, which names what could not be used.')
     parser.add_argument('bag', type=Path, metavar='BAG', help='bag with results')
     parser.add_argument(
         '-o', '--output', type=Path, default=Path('report.html'), metavar='FILE',
@@ -38,7 +39,7 @@ def _count(text: str) -> int:
 
 
 def main(args: argparse.Namespace) -> int:
-    """Write the page; return 1 when some of the bag could not be used."""
+    """Write the page; return 3 when some of the bag could not be used."""
     from depth_person.replay.report import make_report  # needs matplotlib
     report = make_report(
         args.bag, truth=args.truth, topic=args.topic, image_topic=args.image_topic,
@@ -51,4 +52,4 @@ def main(args: argparse.Namespace) -> int:
     print(f'wrote {args.output} ({args.output.stat().st_size / 1e6:.1f} MB)')
     for fault in report.faults:
         print(f'depth_person report: {fault}', file=sys.stderr)
-    return 1 if report.faults else 0
+    return 3 if report.faults else 0

@@ -243,12 +243,12 @@ def test_the_command_writes_the_page(bag, tmp_path, capsys):
 
 
 @pytest.mark.parametrize('part', [0.3, 0.6, 0.9, 0.99])
-def test_of_a_torn_bag_what_is_left_is_reported_and_the_exit_code_is_1(tmp_path, capsys, part):
+def test_of_a_torn_bag_what_is_left_is_reported_and_the_exit_code_is_3(tmp_path, capsys, part):
     bag = write_report_bag(tmp_path / 'bag')
     data = (bag / 'bag.mcap').read_bytes()
     (bag / 'bag.mcap').write_bytes(data[:int(part * len(data))])
     out = tmp_path / 'report.html'
-    assert main(['report', str(bag), '-o', str(out)]) == 1
+    assert main(['report', str(bag), '-o', str(out)]) == 3
     page = Page(out.read_text())
     assert int(re.search(r'(\d+) frames in', page.words)[1]) >= int(part * FRAMES) - 1
     assert 'What could not be used' in page.words
