@@ -7,9 +7,15 @@ from numpy.typing import NDArray
 from depth_person.pose.skeleton import Keypoint
 
 Array = NDArray[np.float32]
+Bools = NDArray[np.bool_]
 
 #: Distance of two marks of one keypoint at which they are half alike, over the body's size.
 _MARK_SPREAD = 0.05
+#: Two skeletons more alike than this are the same person.
+_SAME_PERSON = 0.45
+#: So are two that lie this near, over the smaller one's size, and differ less in size.
+_SAME_PLACE = 0.12
+_SAME_SIZE = 1.7
 #: Lengths between pairs of keypoints, and how often each goes into a person's height. Rather too
 #: often: a length that is seen at an angle is too short.
 _PARTS = (
@@ -66,6 +72,30 @@ def likeness(first: Array, second: Array, first_sizes: Array, second_sizes: Arra
     size = np.minimum(first_sizes[:, None], second_sizes[None])
     apart = first[:, None] - second[None]
     apart = np.hypot(apart[..., 0], apart[..., 1]) / (_MARK_SPREAD * size)[..., None]
-    near = np.exp2(-np.nan_to_num(apart, nan=np.inf) ** 2)
+    near = np.exp2(-np.square(np.nan_to_num(apart, nan=np.inf)))
     seen, other_seen = (np.isfinite(each[..., 0]).sum(1) for each in (first, second))
     return near.sum(2) / np.maximum(np.minimum(seen[:, None], other_seen[None]), 1)
+
+
+def same_people(points: Array, sizes: Array, *, strict: Bools | None = None) -> Bools:
+    """
+    Return (n, n) whether two skeletons are of one person, none being the same as itself.
+
+    :param points: (n, 18, 2), NaN where missing.
+    :param sizes: (n,) as body_sizes tells them.
+    :param strict: (n,) of whom it is known that they are somebody: two of them are the same
+        only when they are alike keypoint by keypoint.
+    """
+    alike = likeness(points, points, sizes, sizes) > _SAME_PERSON
+    middles = points[:, None] - points[None]
+    common = np.isfinite(middles[..., 0])
+    shift = np.where(common[..., None], middles, 0).sum(2) / np.maximum(
+        common.sum(2), 1)[..., None]
+    smaller = np.minimum(sizes[:, None], sizes[None])
+    near = (np.hypot(shift[..., 0], shift[..., 1]) < _SAME_PLACE * smaller) & common.any(2)
+    near &= np.maximum(sizes[:, None], sizes[None]) < _SAME_SIZE * smaller
+    if strict is not None:
+        near &= ~(strict[:, None] & strict[None])
+    same = alike | near
+    np.fill_diagonal(same, False)
+    return same

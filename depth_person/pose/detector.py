@@ -6,13 +6,11 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from depth_person.pose.bodies import body_sizes, boxes, likeness
+from depth_person.pose.bodies import body_sizes, boxes, same_people
 from depth_person.pose.looks import Look
 from depth_person.pose.movenet import MoveNet, TRAINED_SIDE
 from depth_person.pose.skeleton import from_coco17, N_KEYPOINTS
 
-#: Two skeletons more alike than this are the same person.
-SAME_PERSON = 0.45
 #: So many of the surest keypoints tell how sure a person is.
 _SUREST = 5
 
@@ -69,11 +67,11 @@ def _once(people: NDArray[np.float32], limits: NDArray[np.float64]) -> NDArray[n
     sizes, around = body_sizes(points), boxes(points)
     sure = sureness(people) * np.minimum(limits / sizes, 1.0)
     middle = (around[:, :2] + around[:, 2:]) / 2
-    alike = likeness(points, points, sizes, sizes)
+    same = same_people(points, sizes)
     kept: list[int] = []
     for index in np.argsort(-sure, kind='stable'):
         within = ((middle[index] > around[kept, :2]) & (middle[index] < around[kept, 2:])).all(1)
         limb = within & (sizes[kept] > limits[index])
-        if not (limb | (alike[index, kept] > SAME_PERSON)).any():
+        if not (limb | same[index, kept]).any():
             kept.append(int(index))
     return np.array(kept, np.intp)

@@ -1,7 +1,6 @@
 """Gives people numbers that stay the same from frame to frame."""
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -97,7 +96,7 @@ class Tracker:
         for person, track in self.pairs(points, stamp_ns):
             track.confirm(points[person], stamp_ns)
             ids[person] = track.track_id
-        for person in np.flatnonzero(ids == 0):
+        for person in np.flatnonzero(ids == 0).tolist():
             ids[person] = self.start(points[person], stamp_ns).track_id
         return ids
 
@@ -121,11 +120,6 @@ class Tracker:
         self._next_id += 1
         self.tracks.append(track)
         return track
-
-    def end(self, tracks: Iterable[Track]) -> None:
-        """Forget tracks."""
-        ended = {track.track_id for track in tracks}
-        self.tracks = [track for track in self.tracks if track.track_id not in ended]
 
     def pairs(self, points: Array, stamp_ns: int) -> list[tuple[int, Track]]:
         """

@@ -7,13 +7,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depth_person.camera.frame import Frame
-from depth_person.pose.bodies import body_sizes, boxes, likeness
-from depth_person.pose.detector import Detector, SAME_PERSON, sureness
+from depth_person.pose.bodies import body_sizes, boxes, likeness, same_people
+from depth_person.pose.detector import Detector, sureness
 from depth_person.pose.looks import Look
 from depth_person.pose.movenet import MIN_KEYPOINTS, MoveNet
 from depth_person.pose.refine import Refiner
 from depth_person.pose.schedule import Schedule
-from depth_person.pose.skeleton import N_KEYPOINTS
+from depth_person.pose.skeleton import Keypoint, N_KEYPOINTS
 from depth_person.pose.tracking import Track, Tracker
 
 Array = NDArray[np.float32]
@@ -21,17 +21,27 @@ Array = NDArray[np.float32]
 #: So many people are followed; more, if more are to be published.
 MOST_TRACKED = 20
 #: Whoever is less sure than this on a crop is not confirmed by it.
-_LEAST_SURE = 0.25
+_LEAST_SURE = 0.3
 #: Nor is who lies further than this from where the crop was meant for, over the body's size.
 _MOST_OFF = 0.25
+#: Somebody new has to be this sure to both networks: the product of the two.
+_LEAST_SURE_OF_NEW = 0.13
 #: A detection this sure needs no crop to confirm it.
-_SURE_DETECTION = 0.4
+_SURE_DETECTION = 0.5
+#: Hidden joints of the body are guessed on crops, and score up to this times min_score; up to
+#: _SURE times where neither hip is that sure, as when just a head shows. A face is not guessed
+#: at, and scores less even where it is seen.
+_GUESSED, _SURE = 1.5, 2.0
 #: A crop less like the detection of its person than this has slipped onto somebody else.
 _SLIPPED = 0.15
 #: Two people's marks of one keypoint nearer than this, over the body's size, are one mark.
 _SAME_MARK = 0.02
 #: Sides of crops: around the keypoints, and at least and at most, over the body's size.
 _CROP_AROUND, _LEAST_CROP, _MOST_CROP = 1.15, 0.75, 1.05
+
+_IS_FACE = np.isin(np.arange(N_KEYPOINTS), [
+    Keypoint.NOSE, Keypoint.R_EYE, Keypoint.L_EYE, Keypoint.R_EAR, Keypoint.L_EAR])
+_HIPS = [Keypoint.R_HIP, Keypoint.L_HIP]
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,8 +60,10 @@ class _Seen:
     sizes: Array
     detected: Array
 
-    def __len__(self) -> int:
-        return len(self.tracks)
+    @property
+    def new(self) -> NDArray[np.bool_]:
+        """Who is not tracked yet (n,)."""
+        return np.array([track is None for track in self.tracks], bool)
 
 
 class TwoSpeed:
@@ -71,16 +83,16 @@ class TwoSpeed:
         self._detector, self._refiner, self._schedule = Detector(network), refiner, schedule
         self._tracker = tracker
         self._min_score, self._max_people = min_score, max_people
+        self._shape: tuple[int, ...] = ()
         self.inference_s = 0.0
 
     def estimate(self, frame: Frame) -> tuple[Array, NDArray[np.int32]]:
         """Return keypoints (n, 18, 3) and track ids of the people in a frame, nearest first."""
-        if self._tracker.advance(frame.stamp_ns):
-            self._schedule.restart()
+        self._begin(frame)
         seen = self._look(frame)
         marked = self._refiner(frame.image, *crops_around(seen.expected, seen.sizes))
         self.inference_s = self._detector.inference_s + self._refiner.inference_s
-        marked[marked[..., 2] < self._min_score] = np.nan
+        self._blank_guesses(marked)
         keypoints = _chosen(seen, marked)
         _refuse_doubles(seen, keypoints)
         _part_marks(seen, keypoints)
@@ -94,8 +106,7 @@ class TwoSpeed:
 
         Whoever was beyond max_people then is not known, and so found anew later.
         """
-        if self._tracker.advance(frame.stamp_ns):
-            self._schedule.restart()
+        self._begin(frame)
         self._due_looks(frame)
         tracks = {track.track_id: track for track in self._tracker.tracks}
         for row in np.argsort(track_ids, kind='stable'):  # ids are given in rising order
@@ -105,6 +116,13 @@ class TwoSpeed:
             else:
                 track.confirm(keypoints[row, :, :2], frame.stamp_ns)
         return keypoints, track_ids
+
+    def _begin(self, frame: Frame) -> None:
+        """Forget everybody where a frame belongs to another stream than the one before."""
+        if self._tracker.advance(frame.stamp_ns) or frame.image.shape != self._shape:
+            self._tracker.tracks.clear()
+            self._schedule.restart()
+        self._shape = frame.image.shape
 
     def _due_looks(self, frame: Frame) -> tuple[Array, list[Look]]:
         """Return where those who are tracked are expected (n, 18, 2), and the looks to take."""
@@ -136,6 +154,13 @@ class TwoSpeed:
             np.concatenate([sizes, body_sizes(new_people[..., :2])]),
             np.concatenate([detected, new_people]))
 
+    def _blank_guesses(self, marked: Array) -> None:
+        """Blank keypoints on crops that score no more than those that are hidden."""
+        scores = marked[..., 2]
+        hips = scores[:, _HIPS].max(1) >= _SURE * self._min_score
+        body = np.where(hips, _GUESSED, _SURE)[:, None]
+        marked[scores < self._min_score * np.where(_IS_FACE, 1.0, body)] = np.nan
+
     def _confirm(
         self, seen: _Seen, keypoints: Array, stamp_ns: int,
     ) -> tuple[Array, NDArray[np.int32]]:
@@ -165,8 +190,10 @@ def crops_around(points: Array, sizes: Array) -> tuple[Array, Array]:
     """
     around = boxes(points)
     low, high = around[:, :2], around[:, 2:]
-    sides = _CROP_AROUND * (high - low).max(1)
-    return (low + high) / 2, np.clip(sides, _LEAST_CROP * sizes, _MOST_CROP * sizes)
+    around_sides = _CROP_AROUND * (high - low).max(1)
+    sides = np.clip(around_sides, _LEAST_CROP * sizes, _MOST_CROP * sizes)
+    middles: Array = ((low + high) / 2).astype(np.float32)
+    return middles, sides.astype(np.float32)
 
 
 def _chosen(seen: _Seen, marked: Array) -> Array:
@@ -181,26 +208,27 @@ def _chosen(seen: _Seen, marked: Array) -> Array:
     has_detection = np.isfinite(detected[..., 2]).any(1)
     alike = np.diagonal(likeness(points, detected[..., :2], seen.sizes, seen.sizes))
     good &= ~has_detection | (alike >= _SLIPPED)
-    new = np.array([track is None for track in seen.tracks], bool)
-    sure = has_detection & ~good & (~new | (sureness(detected) >= _SURE_DETECTION))
+    sure_both = sureness(detected) * sureness(marked) >= _LEAST_SURE_OF_NEW
+    good &= ~seen.new | sure_both
+    sure = has_detection & ~good & (~seen.new | (sureness(detected) >= _SURE_DETECTION))
     chosen = np.where(good[:, None, None], marked, np.nan)
-    return np.where(sure[:, None, None], detected, chosen).astype(np.float32)
+    result: Array = np.where(sure[:, None, None], detected, chosen).astype(np.float32)
+    return result
 
 
 def _refuse_doubles(seen: _Seen, keypoints: Array) -> None:
     """Blank whoever is the same as another that fits what was expected better."""
     points = keypoints[..., :2]
-    alike = likeness(points, points, seen.sizes, seen.sizes)
-    np.fill_diagonal(alike, 0.0)
-    if not (alike > SAME_PERSON).any():
+    same = same_people(points, seen.sizes, strict=~seen.new)
+    if not same.any():
         return
     apart = np.hypot(*np.moveaxis(points - seen.expected, 2, 0)) / seen.sizes[:, None]
     known = np.isfinite(apart)
     off = np.where(known, apart, 0).sum(1) / np.maximum(known.sum(1), 1)
-    off += [10.0 if track is None else 0.0 for track in seen.tracks]
+    order = np.lexsort((np.where(seen.new, -sureness(keypoints), off), seen.new))
     kept: list[int] = []
-    for index in np.argsort(off, kind='stable'):
-        if (alike[index, kept] > SAME_PERSON).any():
+    for index in order:
+        if same[index, kept].any():
             keypoints[index] = np.nan
         else:
             kept.append(int(index))
