@@ -17,7 +17,8 @@ from rclpy.subscription import Subscription
 
 from depth_person.errors import DepthPersonError
 from depth_person.nodes.diagnostics_output import DiagnosticsOutput
-from depth_person.nodes.lifecycle import ManagedNode, ManagedPublisher
+from depth_person.nodes.lifecycle import ManagedNode
+from depth_person.nodes.managed_publisher import ManagedPublisher
 from depth_person.nodes.monitor import Level
 from depth_person.nodes.qos import mismatches, overridable, publisher_profile, sensor_profile
 from depth_person.nodes.ros_parameters import declare, given_parameters, watch

@@ -6,7 +6,7 @@ import threading
 import traceback
 from typing import Any, TypeVar
 
-from rclpy.lifecycle import LifecycleNode, LifecyclePublisher, LifecycleState
+from rclpy.lifecycle import LifecycleNode, LifecycleState
 from rclpy.lifecycle import TransitionCallbackReturn as Outcome
 
 from depth_person.errors import DepthPersonError
@@ -18,24 +18,6 @@ _INACTIVE = 'inactive; nothing is computed or published until it is activated'
 _FINALIZED = 'shut down; start the node again to have it back'
 
 Item = TypeVar('Item')
-
-
-class ManagedPublisher(LifecyclePublisher):
-    """A publisher that is silent for good once deactivation returns, whoever publishes."""
-
-    def __init__(self, *args: Any, **options: Any) -> None:
-        super().__init__(*args, **options)
-        self._sending = threading.Lock()
-
-    def publish(self, msg: Any) -> None:
-        """Publish, if active."""
-        with self._sending:
-            super().publish(msg)
-
-    def on_deactivate(self, state: LifecycleState) -> Outcome:
-        """Wait for the message that is on its way, then be silent."""
-        with self._sending:
-            return super().on_deactivate(state)
 
 
 class ManagedNode(LifecycleNode):

@@ -1,14 +1,18 @@
 """Bounds the age of what is published: a result that comes too late does more harm than none."""
 from __future__ import annotations
 
+from collections.abc import Callable
 from enum import Enum
+import time
 
 from depth_person.nodes.monitor import ABSURD_AGE_S, Level, Monitor
 
 _FAULT = 'age'
 _JUMP = 'clock of the camera'
-#: Stamps that go back by more than this, nanoseconds, are of a clock that has been set.
-_JUMP_NS = 500_000_000
+#: Stamps that go back by more than the one, or ahead of the time that has passed by more than
+#: the other, seconds, are of a clock that has been set.
+_JUMP_BACK_S = 0.5
+_JUMP_AHEAD_S = 1.0
 
 
 class Age(Enum):
@@ -27,9 +31,12 @@ class Watchdog:
     clock is another, as with a bag that is played by the wall clock. Then the age is not known.
     """
 
-    def __init__(self, monitor: Monitor) -> None:
+    def __init__(
+        self, monitor: Monitor, *, clock: Callable[[], float] = time.monotonic,
+    ) -> None:
         self._monitor = monitor
-        self._last_ns = 0
+        self._clock = clock
+        self._last: tuple[int, float] | None = None
 
     def judge(self, *, stamp_ns: int, now_ns: int, max_age_s: float) -> Age:
         """
@@ -59,11 +66,16 @@ class Watchdog:
         return Age.UNKNOWN
 
     def _note_jump(self, stamp_ns: int) -> None:
-        back_ns, self._last_ns = self._last_ns - stamp_ns, stamp_ns
-        if back_ns > _JUMP_NS:
-            self._monitor.count('clock jumps')
-            self._monitor.fault(
-                _JUMP, Level.WARN, f'the stamps of the images have jumped back by '
-                f'{back_ns * 1e-9:.1f} s; people are followed anew from here')
-        else:
+        last, self._last = self._last, (stamp_ns, self._clock())
+        if last is None:
+            return
+        ahead_s = (stamp_ns - last[0]) * 1e-9
+        passed_s = self._last[1] - last[1]
+        if -_JUMP_BACK_S <= ahead_s <= passed_s + _JUMP_AHEAD_S:
             self._monitor.clear(_JUMP)
+            return
+        self._monitor.count('clock jumps')
+        self._monitor.fault(
+            _JUMP, Level.WARN, f'the stamps of the images have jumped by {ahead_s:.1f} s, while '
+            f'{passed_s:.1f} s have passed; the clock was set, or a recording has a gap or began '
+            'anew')
