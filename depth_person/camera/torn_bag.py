@@ -12,8 +12,10 @@ from io import BytesIO
 import logging
 import os
 from pathlib import Path
+import shutil
 import sqlite3
 import struct
+from tempfile import TemporaryDirectory
 from typing import BinaryIO
 
 import lz4.frame
@@ -32,6 +34,8 @@ import zstandard
 from depth_person.camera.bag_files import Record
 
 LOG = logging.getLogger(__name__)
+#: Bytes that are copied at a time.
+_BLOCK = 1 << 22
 MCAP_MAGIC = b'\x89MCAP0\r\n'
 #: What the parsers raise over bytes that are no record, or no compressed chunk.
 _GARBAGE = (McapError, struct.error, UnicodeDecodeError, RuntimeError, zstandard.ZstdError)
@@ -123,8 +127,11 @@ class TornSqlite:
 
     def __init__(self, path: Path) -> None:
         self._path = path
+        self._scratch = TemporaryDirectory(prefix='depth_person-')
+        whole_pages = _whole_pages(path, Path(self._scratch.name))
         self._database = sqlite3.connect(
-            f'{path.absolute().as_uri()}?mode=ro&immutable=1', uri=True, check_same_thread=False)
+            f'{whole_pages.absolute().as_uri()}?mode=ro&immutable=1', uri=True,
+            check_same_thread=False)
         self._database.execute('PRAGMA writable_schema=ON')  # else a short file is not even opened
         self.damage: str | None = f'{path} is cut off or damaged'
         topics = self._database.execute('SELECT id, name, type FROM topics')
@@ -145,6 +152,23 @@ class TornSqlite:
     def close(self) -> None:
         """Close the file."""
         self._database.close()
+        self._scratch.cleanup()
+
+
+def _whole_pages(path: Path, scratch: Path) -> Path:
+    """Return the file, or a copy without its last page if that is cut and so read as zeros."""
+    size = path.stat().st_size
+    with path.open('rb') as file:
+        page_size = int.from_bytes(file.read(18)[16:], 'big')
+        page_size = 1 << 16 if page_size == 1 else page_size  # which does not fit into two bytes
+        if page_size == 0 or size % page_size == 0:
+            return path
+        file.seek(0)
+        copy = scratch / path.name
+        with copy.open('wb') as target:
+            shutil.copyfileobj(file, target, _BLOCK)
+    os.truncate(copy, size - size % page_size)
+    return copy
 
 
 def _connection(
