@@ -100,10 +100,14 @@ def _with_scales(model: onnx.ModelProto) -> onnx.ModelProto:
         scales[axes] = fixed[node.input[3]] / shape[axes]
         name = f'{node.output[0]}_scales'
         model.graph.initializer.append(onnx.numpy_helper.from_array(scales, name))
-        kept = [each for each in node.attribute if each.name != 'axes']
+        others = [each for each in node.attribute if each.name != 'axes']
         del node.input[1:], node.attribute[:]
         node.input.extend(['', name])
-        node.attribute.extend(kept)
+        node.attribute.extend(others)
+    used = {name for node in model.graph.node for name in node.input}
+    kept = [value for value in model.graph.initializer if value.name in used]
+    del model.graph.initializer[:]
+    model.graph.initializer.extend(kept)
     return model
 
 
