@@ -146,6 +146,11 @@ CONVENTIONS: Mapping[str, Convention] = {
     'movenet': Convention(
         Placement(shoulder_width=-0.05, hip_width=-0.03, hip_drop=-0.012, face_size=-0.08),
         pixel_sigma=1.5, body_sigma=0.015, usual_score=0.65, score_power=1.0, sigma_scale=1.35),
+    'movenet_crops': Convention(
+        Placement(
+            shoulder_width=-0.007, shoulder_drop=-0.012, hip_width=0.047, hip_drop=-0.057,
+            ankle_drop=-0.068),
+        pixel_sigma=1.5, body_sigma=0.02, usual_score=0.65, score_power=1.0, sigma_scale=1.35),
     'pifpaf': Convention(
         Placement(
             shoulder_width=-0.05, hip_width=0.04, face_size=0.08, face_drop=0.02,

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from depth_person.pose.graph import Graph, Value
 from depth_person.pose.heatmaps import find_peaks
 from depth_person.pose.image_tensor import check_image, ImageTensor, Pixels
+from depth_person.pose.movenet import MIN_KEYPOINTS
 from depth_person.pose.options import PoseOptions
 from depth_person.pose.paf import group, Limb
 from depth_person.pose.skeleton import N_KEYPOINTS
@@ -16,8 +17,6 @@ from depth_person.pose.warps import fitted_size, letterbox_matrix, to_raw
 
 Array = NDArray[np.float32]
 
-#: A skeleton with fewer keypoints is no person.
-_MIN_KEYPOINTS = 3
 #: Sides of an input that may have any size are multiples of this, the largest stride in use.
 _SIDE_STEP = 32
 
@@ -141,7 +140,7 @@ class OpenPose:
         rows = people[:, layout.rows]
         keypoints = np.full((*rows.shape, 3), np.nan, np.float32)
         keypoints[rows >= 0] = marked[rows[rows >= 0]]
-        persons = (rows >= 0).sum(1) >= _MIN_KEYPOINTS
+        persons = (rows >= 0).sum(1) >= MIN_KEYPOINTS
         return keypoints[persons][:options.max_people]
 
     def _split(self, outputs: list[Array]) -> tuple[Array, Array]:

@@ -10,6 +10,7 @@ from depth_person.pose.network import PoseNetwork
 from depth_person.pose.networks import open_network
 from depth_person.pose.options import NO_REFINER, PoseOptions, settled
 from depth_person.pose.people import People
+from depth_person.pose.refine import CONVENTION as CROPS_CONVENTION
 from depth_person.pose.refine import Refiner
 from depth_person.pose.schedule import Schedule
 from depth_person.pose.store import model_path
@@ -30,6 +31,8 @@ class PoseEstimator:
         self._network = open_network(options)
         self._tracker = Tracker()
         self._two_speed = _two_speed(self._network, options, self._tracker)
+        self._convention = (
+            self._network.convention if self._two_speed is None else CROPS_CONVENTION)
 
     @property
     def inference_s(self) -> float:
@@ -63,7 +66,7 @@ class PoseEstimator:
         # In one layout, since sums over another round differently.
         return People(
             np.ascontiguousarray(keypoints), track_ids, neck_measured=self._network.neck_measured,
-            convention=self._network.convention)
+            convention=self._convention)
 
 
 def _two_speed(

@@ -14,6 +14,8 @@ from depth_person.pose.movenet import INPUT, read_interface, STRIDE
 from depth_person.pose.runtime import open_session
 from depth_person.pose.skeleton import from_coco17
 
+#: Where MoveNet marks keypoints on crops: bodies are larger there than in whole frames.
+CONVENTION = 'movenet_crops'
 #: By how much MoveNet marks too far up and left, in pixels of the crop: half of what is between
 #: a crop's keypoints and those of its mirror image. By the side of the input.
 _LEAN = {192: 0.2, 256: 0.0}

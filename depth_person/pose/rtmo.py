@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from depth_person.pose.graph import Graph
 from depth_person.pose.image_tensor import check_image, ImageTensor, Pixels
+from depth_person.pose.movenet import MIN_KEYPOINTS
 from depth_person.pose.options import PoseOptions
 from depth_person.pose.skeleton import from_coco17
 from depth_person.pose.warps import fitted_size, letterbox_matrix, to_raw
@@ -17,8 +18,6 @@ _SIDE_STEP = 32
 _BORDER = 114
 #: Two boxes that share more than this part of their union are of the same person.
 _SAME_PERSON = 0.65
-#: A skeleton with fewer keypoints is no person.
-_MIN_KEYPOINTS = 3
 
 
 def is_rtmo(graph: Graph) -> bool:
@@ -64,7 +63,7 @@ class Rtmo:
             -1, 17, 2)
         keypoints[..., 2] = np.minimum(keypoints[..., 2], 1)
         keypoints[keypoints[..., 2] < options.min_score] = np.nan
-        people = np.isfinite(keypoints[..., 2]).sum(1) >= _MIN_KEYPOINTS
+        people = np.isfinite(keypoints[..., 2]).sum(1) >= MIN_KEYPOINTS
         return from_coco17(keypoints[people][:options.max_people])
 
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from depth_person.pose.graph import Graph
 from depth_person.pose.image_tensor import check_image, ImageTensor
-from depth_person.pose.movenet import one_per_person
+from depth_person.pose.movenet import MIN_KEYPOINTS, one_per_person
 from depth_person.pose.network import PoseNetwork
 from depth_person.pose.options import PoseOptions
 from depth_person.pose.warps import Matrix
@@ -18,8 +18,6 @@ Array = NDArray[np.float32]
 
 #: Joints lie inside the body: its box is larger than theirs by this part of the longer side.
 _FLESH = 0.08
-#: A skeleton with fewer keypoints is no person.
-_MIN_KEYPOINTS = 3
 
 
 class CropNetwork(Protocol):
@@ -75,7 +73,7 @@ class TopDown:
         self.inference_s += self._marker.inference_s
         marked[..., 2] = np.minimum(marked[..., 2], 1)
         marked[~(marked[..., 2] >= self._options.min_score)] = np.nan
-        marked = marked[np.isfinite(marked[..., 2]).sum(1) >= _MIN_KEYPOINTS]
+        marked = marked[np.isfinite(marked[..., 2]).sum(1) >= MIN_KEYPOINTS]
         return marked[one_per_person(marked, body_boxes(marked))]
 
 

