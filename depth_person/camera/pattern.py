@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depth_person.camera.frame import Frame
-from depth_person.camera.source import Source
-from depth_person.errors import DepthPersonError
+from depth_person.camera.source import Source, SourceUnusable
 
 DEFAULT_SIZE = (1280, 720)
 DEFAULT_FPS = 30.0
@@ -28,7 +27,7 @@ class PatternSource(Source):
 
     :param size: width and height, pixels.
     :param fps: frames a second.
-    :raises DepthPersonError: for sizes that no camera has.
+    :raises SourceUnusable: for sizes that no camera has.
     """
 
     live = True
@@ -39,7 +38,7 @@ class PatternSource(Source):
     ) -> None:
         width, height = size
         if not (_SMALLEST <= width <= _LARGEST and _SMALLEST <= height <= _LARGEST):
-            raise DepthPersonError(
+            raise SourceUnusable(
                 f'a test pattern of {width}x{height} px is not between {_SMALLEST} and {_LARGEST}')
         self.description = f'test pattern {width}x{height} at {fps:g} Hz'
         self.dropped = 0

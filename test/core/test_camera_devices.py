@@ -13,6 +13,7 @@ from depth_person.camera.devices import DeviceOptions
 from depth_person.camera.source import SourceUnusable
 from depth_person.camera.sources import open_source
 from depth_person.errors import DepthPersonError
+from depth_person.settings.camera import CameraSettings
 
 MJPG = 0x47504A4D  # little-endian letters
 
@@ -175,3 +176,17 @@ def test_a_driver_that_hangs_while_it_opens_is_given_up(camera, monkeypatch):
 def test_impossible_wishes_are_refused(options, said):
     with pytest.raises(DepthPersonError, match=said):
         DeviceOptions(**options)
+
+
+def test_parameters_become_wishes():
+    settings = CameraSettings(
+        size='1280x720', pixel_format='MJPG', fps=30.0, exposure=-1.0, gain=0.0)
+    assert settings.device_options() == DeviceOptions(
+        size=(1280, 720), pixel_format='MJPG', fps=30.0, exposure_ms=0.0, gain=0.0)
+    assert CameraSettings().device_options() == DeviceOptions()
+
+
+@pytest.mark.parametrize('size', ['large', '1280', '1280*720', '-1x5', '0x480'])
+def test_a_size_that_is_none_is_refused(size):
+    with pytest.raises(DepthPersonError, match='size'):
+        CameraSettings(size=size)
