@@ -100,6 +100,26 @@ def test_beyond_the_newest_sample_the_turn_goes_on_and_is_less_sure():
     assert not harness.notes.faults
 
 
+@pytest.mark.parametrize('beyond_s', [0.0, 0.02, 0.05, 0.09])
+def test_the_attitude_of_a_rocking_vehicle_is_as_wrong_as_its_spread_says(beyond_s):
+    """It rocks by 10 degrees to both sides once a second, and tells so 50 times a second."""
+    def pitch(seconds):
+        return 10 * math.sin(2 * math.pi * seconds)
+
+    errors = []
+    for newest_s in np.arange(0.5, 1.5, 0.1):
+        harness = Harness(attitude='imu', attitude_sigma=0.05)
+        for seconds in np.arange(newest_s - 0.4, newest_s + 0.03, 0.02):
+            if beyond_s == 0 or seconds <= newest_s + 1e-6:
+                harness.inputs.take_imu(imu(seconds, pitch=pitch(seconds)))
+        at_s = newest_s + (beyond_s or 0.01)
+        mounting = harness.at(at_s).mounting
+        truth = level_gravity(pitch_down=math.radians(pitch(at_s)), roll_cw=0.0)
+        errors.append(math.acos(min(1.0, mounting.gravity @ truth)) / mounting.gravity_sigma)
+    assert math.sqrt(np.mean(np.square(errors))) < 1.0
+    assert max(errors) < 2.0
+
+
 @given(roll=st.floats(-60, 60), pitch=st.floats(-30, 60), yaw=st.floats(-180, 180))
 def test_odometry_and_the_same_by_transforms_agree(roll, pitch, yaw):
     where = {'x': 3.0, 'y': -1.0, 'z': 12.0, 'roll': roll, 'pitch': pitch, 'yaw': yaw}
