@@ -28,6 +28,7 @@ def pipeline(shared_domain):
     """Return a domain in which the demo's scene is measured over and over."""
     shared_domain.start(
         'depth_person', 'run', '--source', REPOSITORY / 'demo' / 'walk', '--loop',
+        '--ros-args', '-p', 'max_age:=0.0',
         ready='camera_node is up')
     return shared_domain
 
