@@ -71,7 +71,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--stature', type=float, metavar='M', help='of everyone, metres')
     parser.add_argument('--children', action='store_true', help='there may be children')
     parser.add_argument(
-        '--pose-model', metavar='NAME', help='the network of --keypoints network')
+        '--pose-model', metavar='NAME', help='its network: a name or an ONNX file')
     parser.add_argument(
         '--pose-input-size', type=int, metavar='PX', help='longer side of the image it sees')
     parser.add_argument(
