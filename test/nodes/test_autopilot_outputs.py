@@ -2,7 +2,7 @@
 import math
 import time
 
-from geometry_msgs.msg import PoseWithCovarianceStamped
+from geometry_msgs.msg import PoseWithCovarianceStamped, TransformStamped
 import numpy as np
 import pytest
 from rclpy.qos import ReliabilityPolicy
@@ -155,20 +155,33 @@ def test_a_stale_image_gives_no_scan(harness):
     assert harness.domain.set_parameter('depth_node', 'max_age', 0.0).successful
 
 
-def test_an_attitude_that_is_missing_or_wrong_is_named_and_silences_the_scan(domain):
-    harness = Harness(domain, attitude='imu')
+def test_what_is_missing_or_wrong_is_named_and_silences_the_scan(domain):
+    harness = Harness(domain, attitude='imu', mounting='tf')
     attitude = domain.publisher(Imu, 'imu')
+    transforms = domain.publisher(TransformStamped, 'transforms', 100)
     cloud = keypoints(FACE_TO_FACE)
-    zero = Imu(header=cloud.header)
-    zero.orientation.w = 0.0
-    attitude.publish(zero)
-    domain.fault('depth_node', 'quaternion of length 0')
     harness.send(cloud)
+    assert not harness.scans + harness.targets
+    assert harness.nearest  # which needs neither
+    domain.fault('depth_node', 'where the camera is on the vehicle is not known')
+    to_the_right = TransformStamped(header=cloud.header, child_frame_id='camera_optical_frame')
+    to_the_right.header.frame_id = 'base_link'
+    to_the_right.transform.rotation.y = math.sqrt(0.5)
+    to_the_right.transform.rotation.z = -math.sqrt(0.5)
+    to_the_right.transform.rotation.w = 0.0
+    transforms.publish(to_the_right)
+    level = Imu(header=keypoints().header)
+    level.orientation.w = 0.0
+    attitude.publish(level)
+    domain.fault('depth_node', 'quaternion of length 0')
+    cloud = keypoints(FACE_TO_FACE)
+    harness.send(cloud)
+    assert harness.targets
     assert not harness.scans
     domain.fault('depth_node', 'no person_depth/scan: the attitude')
-    level = Imu(header=cloud.header)
     level.orientation.w = 1.0
     attitude.publish(level)
     domain.spin_for(0.3)
     harness.send(cloud)
-    assert harness.scans
+    assert math.isfinite(harness.scans[0].ranges[18])
+    assert harness.targets[0].pose.pose.position.y == pytest.approx(-3.5, abs=0.05)
