@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from depth_person.camera.frame import Frame
 from depth_person.camera.opencv import open_capture
 from depth_person.camera.source import mask_password, Source, SourceLost
+from depth_person.camera.stream_fault import stream_fault
 from depth_person.errors import DepthPersonError
 
 LOG = logging.getLogger(__name__)
@@ -22,6 +23,8 @@ DEFAULT_FPS = 30.0
 #: These list their frames. Of others OpenCV computes the number from the longest track, sound
 #: included, so that it is only near the truth.
 COUNTED_SUFFIXES = ('.mp4', '.m4v', '.mov', '.avi')
+#: How long a web server may take, milliseconds.
+_WEB_TIMEOUTS = (cv2.CAP_PROP_OPEN_TIMEOUT_MSEC, 5000, cv2.CAP_PROP_READ_TIMEOUT_MSEC, 5000)
 
 
 class VideoFile(Source):
@@ -78,11 +81,14 @@ class VideoFile(Source):
     def _open(self) -> tuple[Any, NDArray[np.uint8] | None]:
         """Open the file and read its first image, without which it is of no use."""
         # FFmpeg takes what stands before a colon for a protocol, but not in an absolute path.
-        path = self._path if '://' in self._path else str(Path(self._path).absolute())
-        capture = open_capture(path, cv2.CAP_FFMPEG)
+        on_web = '://' in self._path
+        path = self._path if on_web else str(Path(self._path).absolute())
+        capture = open_capture(path, cv2.CAP_FFMPEG, parameters=_WEB_TIMEOUTS if on_web else ())
         good, image = capture.read()
         if not good:
             capture.release()
+            if on_web:
+                raise stream_fault(self._path)
             raise DepthPersonError(
                 f'{self._name} cannot be read as a video: it is torn, empty or of another kind; '
                 'try it in a player')

@@ -21,15 +21,19 @@ class CalibrationService:
     Serves set_camera_info: writes the calibration, then has it used from the next image on.
 
     :param url: camera_info_url, which may be empty or a preset.
+    :param check: raises a DepthPersonError for intrinsics that cannot be the camera's.
     :param take: takes the new intrinsics.
     """
 
-    def __init__(self, node: Node, *, url: str, take: Callable[[Intrinsics], None]) -> None:
+    def __init__(
+        self, node: Node, *, url: str, check: Callable[[Intrinsics], None],
+        take: Callable[[Intrinsics], None],
+    ) -> None:
         self._logger = node.get_logger()
         self._name = node.get_namespace().strip('/').replace('/', '_') or 'camera'
         self._url = _DEFAULT_URL if not url or is_preset(url) else url
         self._named = self._url == url
-        self._take = take
+        self._check, self._take = check, take
         node.create_service(SetCameraInfo, 'set_camera_info', self._serve)
 
     def _serve(
@@ -50,6 +54,7 @@ class CalibrationService:
         intrinsics = decode_camera_info(request.camera_info)
         if intrinsics is None:
             raise DepthPersonError('this calibration is empty (K[0] is 0); calibrate first')
+        self._check(intrinsics)
         path = resolve_url(self._url, camera_name=self._name)
         save_camera_info(path, self._name, intrinsics)
         self._take(intrinsics)

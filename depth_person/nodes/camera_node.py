@@ -13,7 +13,7 @@ from depth_person.camera.calibration import is_preset
 from depth_person.camera.deblur import wiener_deblur
 from depth_person.camera.frame import Frame
 from depth_person.camera.intrinsics import Intrinsics
-from depth_person.camera.optics import Uncalibrated
+from depth_person.camera.optics import Size, Uncalibrated
 from depth_person.camera.presets import preset_uncertainty
 from depth_person.camera.source import Source
 from depth_person.camera.sources import is_live, open_source
@@ -63,13 +63,14 @@ class CameraNode(StageNode[CameraSettings]):
                 'images, a device such as /dev/video0, a stream URL or a bag')
         self._blur = settings.blur_kernel()
         self._optics = settings.optics()
-        self._size = ''
+        self._sizes: tuple[Size, ...] = ()
         if is_preset(settings.camera_info_url):
             self._warn_of_preset(settings.camera_info_url)
         self._image = self.advertise(Image, 'image_raw')
         self._compressed = self.advertise(CompressedImage, 'image_raw/compressed')
         self._camera_info = self.advertise(CameraInfo, 'camera_info')
-        CalibrationService(self, url=settings.camera_info_url, take=self._recalibrate)
+        CalibrationService(
+            self, url=settings.camera_info_url, check=self._check_size, take=self._recalibrate)
         self._on_clock = self._make_clock() if settings.publish_clock else None
         self._reader: FrameReader | None = None
         self.work('camera', self._run)
@@ -129,8 +130,8 @@ class CameraNode(StageNode[CameraSettings]):
         """Return the frame as wide as it shall be, with its intrinsics if there are any."""
         optics = self._optics
         height, width = frame.image.shape[:2]
-        self._note_size(f'{width}x{height}')
         frame = optics.shrink(frame)
+        self._note_sizes((width, height), frame.image.shape[1::-1])
         intrinsics: Intrinsics | None = None
         try:
             intrinsics = optics.intrinsics(frame, taken=(width, height))
@@ -142,12 +143,23 @@ class CameraNode(StageNode[CameraSettings]):
             self.monitor.clear('calibration')
         return frame if intrinsics is frame.intrinsics else replace(frame, intrinsics=intrinsics)
 
-    def _note_size(self, size: str) -> None:
-        if self._size not in ('', size):
+    def _note_sizes(self, *sizes: Size) -> None:
+        """Note the sizes of the image before and after shrink."""
+        if self._sizes not in ((), sizes):
+            (width, height), (new_width, new_height) = self._sizes[0], sizes[0]
             self.get_logger().warning(
-                f'the images have changed from {self._size} to {size} px; a calibration fits only '
-                'one of them', throttle_duration_sec=10.0)
-        self._size = size
+                f'the images have changed from {width}x{height} to {new_width}x{new_height} px; a '
+                'calibration fits only one of them', throttle_duration_sec=10.0)
+        self._sizes = sizes
+
+    def _check_size(self, intrinsics: Intrinsics) -> None:
+        """Raise that a calibration that is handed over is of another size than the images."""
+        size = (intrinsics.width, intrinsics.height)
+        if self._sizes and size not in self._sizes:
+            width, height = self._sizes[-1]
+            raise DepthPersonError(
+                f'the calibration is for {size[0]}x{size[1]} px, the images have '
+                f'{width}x{height}; it is not taken')
 
     def _recalibrate(self, intrinsics: Intrinsics) -> None:
         self._optics = replace(self._optics, calibration=intrinsics)

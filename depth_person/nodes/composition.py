@@ -7,6 +7,7 @@ from typing import Any
 from depth_person.nodes.base import StageNode
 from depth_person.nodes.camera_node import CameraNode
 from depth_person.nodes.depth_node import DepthNode
+from depth_person.nodes.monitor import Level
 from depth_person.nodes.pose_node import PoseNode
 from depth_person.settings.parameter import ParameterValue
 
@@ -22,6 +23,11 @@ def make_pipeline(
     """
     depth = DepthNode(listen=False)
     pose = PoseNode(deliver=depth.take, listen=False)
+    for node in (pose, depth):
+        if node.settings.compressed:
+            node.monitor.fault(
+                'compressed', Level.WARN, 'the parameter compressed has no effect in one process, '
+                'where frames are handed on in memory', lasting=True)
     camera = CameraNode(
         overrides=camera_overrides, deliver=pose.take,
         has_subscribers=lambda: depth.has_subscribers)

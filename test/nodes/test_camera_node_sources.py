@@ -1,4 +1,5 @@
 """camera_node on live sources and with calibrations of every kind, heard over DDS."""
+from dataclasses import replace
 import socket
 import time
 
@@ -29,7 +30,8 @@ def set_camera_info(domain, intrinsics):
     client = domain.node.create_client(SetCameraInfo, 'set_camera_info')
     domain.spin_until(client.service_is_ready)
     message = encode_camera_info(
-        intrinsics, header(stamp_ns=0, frame_id='eye'), width=320, height=240)
+        intrinsics, header(stamp_ns=0, frame_id='eye'),
+        width=intrinsics.width if intrinsics else 320, height=240)
     answer = client.call_async(SetCameraInfo.Request(camera_info=message))
     domain.spin_until(answer.done)
     return answer.result()
@@ -42,8 +44,11 @@ def test_a_calibration_that_is_handed_over_is_written_and_used(domain, tmp_path)
     domain.spin_until(lambda: infos and infos[-1].k[0] == 0)
 
     empty = set_camera_info(domain, None)
+    other = set_camera_info(domain, replace(KNOWN, width=640))
     answer = set_camera_info(domain, KNOWN)
 
+    assert 'for 640x240 px, the images have 320x240; it is not taken' in other.status_message
+    assert not other.success
     assert not empty.success
     assert 'empty' in empty.status_message
     assert answer.success
@@ -128,3 +133,11 @@ def test_a_stream_that_is_lost_is_reported_and_opened_again(domain, tmp_path):
         domain.spin_until(lambda: len(images) > count)
         domain.healthy('camera_node')
     assert stamp_ns(images[count].header) - before_ns > 0.5e9  # nothing of before the loss
+
+
+def test_one_process_says_that_it_has_no_use_for_compressed_images(domain):
+    program = domain.start('depth_person', 'run', '--source', 'test://320x240@5', '--ros-args',
+                           '-p', 'compressed:=true')
+    domain.fault('pose_node', 'compressed has no effect in one process')
+    domain.fault('depth_node', 'compressed has no effect in one process')
+    assert 'Traceback' not in program.said
