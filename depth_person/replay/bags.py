@@ -58,7 +58,7 @@ class BagWriter(Closing):
         """
         if msgtype not in self._types.types:
             raise DepthPersonError(f'{topic} cannot be recorded: unknown type {msgtype}')
-        definition, _ = self._types.generate_msgdef(msgtype)
+        definition, _ = self._types.generate_msgdef(msgtype, ros_version=2)
         self.add_defined_topic(
             topic, msgtype, definition=definition, digest=self._types.hash_rihs01(msgtype),
             qos=qos)

@@ -99,7 +99,8 @@ class InputBags(Closing):
                 f'{name}: the bag does not say what its type {topic.msgtype} is')
         if topic.has_definition and topic.digest:
             return topic.definition.data, topic.digest
-        return types.generate_msgdef(topic.msgtype)[0], types.hash_rihs01(topic.msgtype)
+        definition, _ = types.generate_msgdef(topic.msgtype, ros_version=2)
+        return definition, types.hash_rihs01(topic.msgtype)
 
     def close(self) -> None:
         """Close the bags."""
