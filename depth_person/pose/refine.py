@@ -19,8 +19,8 @@ CONVENTION = 'movenet_crops'
 #: By how much MoveNet marks too far up and left, in pixels of the crop: half of what is between
 #: a crop's keypoints and those of its mirror image. By the side of the input.
 _LEAN = {192: 0.2, 256: 0.0}
-#: A crop is taken from the frame at half its size where it would shrink by more than this.
-_MOST_SHRINKING = 2.0
+#: The frame is halved, by averaging, until no crop shrinks by more than this.
+_MOST_SHRINKING = 1.5
 
 
 class Refiner:
@@ -48,7 +48,7 @@ class Refiner:
         self.inference_s = 0.0
         self._lean = np.float32(_LEAN.get(side, 0.0))
         self._crops = np.empty((0, side, side, 3), np.uint8)
-        self._half = np.empty((0, 0, 3), np.uint8)
+        self._halves: list[NDArray[np.uint8]] = []
 
     def __call__(
         self, image: NDArray[np.uint8], centres: NDArray[np.float32],
@@ -82,22 +82,28 @@ class Refiner:
         """Return (n, side, side, 3) RGB crops, valid until the next call."""
         if len(self._crops) < len(centres):
             self._crops = np.empty((len(centres), self.side, self.side, 3), np.uint8)
-        shrinking = sides / self.side
-        halved = image
-        if shrinking.max() > _MOST_SHRINKING:
-            height, width = (max(length // 2, 1) for length in image.shape[:2])
-            if self._half.shape[:2] != (height, width):
-                self._half = np.empty((height, width, 3), np.uint8)
-            halved = cv2.resize(
-                image, (width, height), dst=self._half, interpolation=cv2.INTER_AREA)
         crops = self._crops[:len(centres)]
-        for crop, centre, side, shrink in zip(crops, centres, sides, shrinking, strict=True):
-            source = halved if shrink > _MOST_SHRINKING else image
+        halvings = np.ceil(np.log2(np.maximum(sides / (self.side * _MOST_SHRINKING), 1)))
+        sources = self._halved(image, int(halvings.max()))
+        for crop, centre, side, times in zip(crops, centres, sides, halvings, strict=True):
+            source = sources[int(times)]
             cv2.warpAffine(
                 source, self._from_crop(centre, side, source, image), (self.side, self.side),
                 dst=crop, flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP)
             cv2.cvtColor(crop, cv2.COLOR_BGR2RGB, dst=crop)
         return crops
+
+    def _halved(self, image: NDArray[np.uint8], times: int) -> list[NDArray[np.uint8]]:
+        """Return an image, and it halved once, twice and so on, in buffers that are kept."""
+        sources = [image]
+        for index in range(times):
+            height, width = (max(length // 2, 1) for length in sources[-1].shape[:2])
+            if index == len(self._halves) or self._halves[index].shape[:2] != (height, width):
+                self._halves[index:] = [np.empty((height, width, 3), np.uint8)]
+            sources.append(self._halves[index])
+            cv2.resize(
+                sources[-2], (width, height), dst=sources[-1], interpolation=cv2.INTER_AREA)
+        return sources
 
     def _from_crop(
         self, centre: NDArray[np.float32], side: np.float32, source: NDArray[np.uint8],

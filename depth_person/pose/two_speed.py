@@ -38,6 +38,8 @@ _SLIPPED = 0.15
 _SAME_MARK = 0.02
 #: Sides of crops: around the keypoints, and at least and at most, over the body's size.
 _CROP_AROUND, _LEAST_CROP, _MOST_CROP = 1.15, 0.75, 1.05
+#: Least side of a crop that holds all of a person that is inside the frame.
+_LEAST_IN_FRAME = 0.3
 
 _IS_FACE = np.isin(np.arange(N_KEYPOINTS), [
     Keypoint.NOSE, Keypoint.R_EYE, Keypoint.L_EYE, Keypoint.R_EAR, Keypoint.L_EAR])
@@ -90,7 +92,9 @@ class TwoSpeed:
         """Return keypoints (n, 18, 3) and track ids of the people in a frame, nearest first."""
         self._begin(frame)
         seen = self._look(frame)
-        marked = self._refiner(frame.image, *crops_around(seen.expected, seen.sizes))
+        height, width = frame.image.shape[:2]
+        crops = crops_around(seen.expected, seen.sizes, width=width, height=height)
+        marked = self._refiner(frame.image, *crops)
         self.inference_s = self._detector.inference_s + self._refiner.inference_s
         self._blank_guesses(marked)
         keypoints = _chosen(seen, marked)
@@ -179,21 +183,28 @@ class TwoSpeed:
         return keypoints[rows[order]], ids[order]
 
 
-def crops_around(points: Array, sizes: Array) -> tuple[Array, Array]:
+def crops_around(
+    points: Array, sizes: Array, *, width: int, height: int,
+) -> tuple[Array, Array]:
     """
     Return the centres (n, 2) and sides (n,) of the crops on which people are marked.
 
-    A body that fills the crop is marked best; one of which part is hidden may show more next.
+    A body that fills the crop is marked best; one of which part is hidden may show more next,
+    unless what is missing is outside the frame.
 
     :param points: (n, 18, 2) where keypoints are expected, NaN where nobody knows.
     :param sizes: (n,) of the bodies.
+    :param width: of the frame, pixels.
     """
     around = boxes(points)
     low, high = around[:, :2], around[:, 2:]
     around_sides = _CROP_AROUND * (high - low).max(1)
     sides = np.clip(around_sides, _LEAST_CROP * sizes, _MOST_CROP * sizes)
-    middles: Array = ((low + high) / 2).astype(np.float32)
-    return middles, sides.astype(np.float32)
+    middles, frame = (low + high) / 2, np.array([width, height]) - 0.5
+    low = np.clip(middles - sides[:, None] / 2, -0.5, frame)
+    high = np.clip(middles + sides[:, None] / 2, -0.5, frame)
+    sides = np.clip((high - low).max(1), _LEAST_IN_FRAME * sizes, sides)
+    return ((low + high) / 2).astype(np.float32), sides.astype(np.float32)
 
 
 def _chosen(seen: _Seen, marked: Array) -> Array:
