@@ -3,6 +3,8 @@ import time
 
 from autopilot_double import AutopilotDouble
 from geometry_msgs.msg import PoseWithCovarianceStamped
+from lifecycle_msgs.msg import Transition
+from lifecycle_msgs.srv import ChangeState
 import numpy as np
 import pytest
 from sensor_msgs.msg import LaserScan, PointCloud2
@@ -163,6 +165,24 @@ def test_with_two_publishers_nothing_is_sent(harness):
     assert not harness.sent(
         lambda: harness.scan.publish(scan_of(4.5)), 'OBSTACLE_DISTANCE', 1.0)
     domain.node.destroy_publisher(second)
+    assert harness.sent_at_last(
+        lambda: harness.scan.publish(scan_of(4.5)), 'OBSTACLE_DISTANCE')
+
+
+def test_deactivation_ends_all_traffic_until_it_is_activated_again(harness):
+    def change(transition):
+        manager = harness.domain.node.create_client(ChangeState, 'mavlink_node/change_state')
+        harness.domain.spin_until(manager.service_is_ready)
+        answer = manager.call_async(
+            ChangeState.Request(transition=Transition(id=transition)))
+        harness.domain.spin_until(answer.done)
+        assert answer.result().success
+
+    change(Transition.TRANSITION_DEACTIVATE)
+    harness.sent(lambda: None, 'HEARTBEAT', 0.3)
+    assert not harness.sent(lambda: harness.scan.publish(scan_of(4.5)), 'OBSTACLE_DISTANCE', 1.5)
+    assert not harness.double.heard
+    change(Transition.TRANSITION_ACTIVATE)
     assert harness.sent_at_last(
         lambda: harness.scan.publish(scan_of(4.5)), 'OBSTACLE_DISTANCE')
 
