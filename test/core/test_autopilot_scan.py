@@ -1,4 +1,5 @@
 """People as a ring of distances: where they land, how wide, how near, and what stays unknown."""
+from average_body import NECK_HEIGHT
 from hypothesis import given, settings
 from hypothesis import strategies as st
 import numpy as np
@@ -6,7 +7,10 @@ import pytest
 from vehicle_scene import CAMERA, Scene, standing
 
 from depth_person.autopilot.scan import BINS, centimetres, scan, ScanOptions
+from depth_person.autopilot.vehicle import LevelView
 from depth_person.camera.intrinsics import Intrinsics
+from depth_person.distance.estimator import Mounting
+from depth_person.distance.stage import DistanceOptions, DistanceStage
 from depth_person.distance.tracked import TrackedPeople
 from depth_person.errors import DepthPersonError
 from depth_person.pose.people import People
@@ -63,6 +67,20 @@ def test_a_camera_pitched_by_30_degrees_on_a_rolled_body():
     taken_for_level = scan(
         scene.tracked(*people), CAMERA, Scene(look_down=30).view, EXACT)
     assert not np.allclose(ranges, taken_for_level, equal_nan=True)
+
+
+@pytest.mark.parametrize(('nose_up', 'roll'), [(0, 0), (-8, 12), (10, -20)])
+def test_from_keypoints_to_scan_with_a_camera_pitched_by_30_degrees(nose_up, roll):
+    scene = Scene(look_down=30, nose_up=nose_up, roll_right=roll)
+    truth = [(-14, 7.0, 3.0), (9, 10.0, 3.0)]  # on flat ground, 4.36 m below the camera
+    stage = DistanceStage(DistanceOptions())
+    mounting = Mounting(gravity=scene.gravity, height=3.0 + NECK_HEIGHT)
+    tracked = stage.measure(
+        scene.tracked(*truth).people, CAMERA, mounting, stamp_ns=1_000_000_000)
+    ranges = scan(tracked, CAMERA, LevelView.of(scene.camera, mounting.gravity), EXACT)
+    for bearing, distance, _ in truth:
+        assert ranges[round(bearing / 5) % 72] == pytest.approx(distance, rel=0.05)
+    assert len(bins_of(ranges)) <= 7
 
 
 @pytest.mark.parametrize(('sigmas', 'expected'), [(0.0, 8.0), (1.0, 7.5), (2.0, 7.0), (5.0, 5.5)])
