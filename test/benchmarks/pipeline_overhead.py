@@ -19,6 +19,7 @@ import signal
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 from typing import Any
 
@@ -116,7 +117,7 @@ def running_pipeline(
     for node in nodes:
         executor.add_node(node)
         node.start()
-    spinning = Worker('spin', executor.spin)
+    spinning = Worker('spin', lambda _: executor.spin())
     spinning.start()
     yield nodes[1], nodes[0]
     for node in reversed(nodes):
@@ -172,7 +173,7 @@ def hop_in_memory(frame: Frame) -> float:
     mailbox: Mailbox[tuple[float, Frame]] = Mailbox()
     times: list[float] = []
 
-    def take() -> None:
+    def take(_: threading.Event) -> None:
         while (item := mailbox.take()) is not None:
             times.append(time.perf_counter() - item[0])
 

@@ -39,13 +39,20 @@ class Harness:
         rclpy.try_shutdown(context=self.context)
 
 
-@pytest.fixture
-def harness(domain):
-    result = Harness(domain.number)
+@pytest.fixture(scope='module')
+def running(shared_domain):
+    result = Harness(shared_domain.number)
     result.spin(1.5)  # until the subscription has been found
-    result.arrived.clear()
     yield result
     result.close()
+
+
+@pytest.fixture
+def harness(running):
+    running.monitor.clear('a')
+    running.spin(0.2)
+    running.arrived.clear()
+    return running
 
 
 def test_once_a_second_while_nothing_changes(harness):

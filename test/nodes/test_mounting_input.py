@@ -18,8 +18,7 @@ from depth_person.settings.depth import DepthSettings
 
 BEST_EFFORT = QoSProfile(depth=5, reliability=ReliabilityPolicy.BEST_EFFORT)
 LATCHED = QoSProfile(depth=5, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-KINDS = {'imu': Imu, 'rangefinder': Range, 'pose': PoseStamped, 'odometry': Odometry,
-         'transforms': TransformStamped}
+KINDS = {'imu': Imu, 'rangefinder': Range, 'transforms': TransformStamped}
 
 
 class Vehicle:
@@ -44,13 +43,9 @@ class Vehicle:
             message.header.stamp = stamp
             if topic == 'rangefinder':
                 message.range, message.min_range, message.max_range = height, 0.2, 40.0
-            pose = {'pose': lambda each: each.pose, 'odometry': lambda each: each.pose.pose}
-            if topic in pose:
-                pose[topic](message).position.z = height
-            oriented = {'imu': lambda each: each, **pose}
-            if topic in oriented:
-                orientation = oriented[topic](message).orientation
-                orientation.x, orientation.y, orientation.z, orientation.w = quaternion
+            if topic == 'imu':
+                message.orientation.x, message.orientation.y = quaternion[:2]
+                message.orientation.z, message.orientation.w = quaternion[2:]
             if topic == 'transforms':
                 message.header.frame_id, message.child_frame_id = 'map', 'base_link'
                 message.transform.translation.z = height
@@ -75,31 +70,21 @@ class Vehicle:
         self.domain.spin_until(lambda: (self.see(**told) or GROUND) & GROUND == 0)
 
 
-def test_a_vehicle_brings_the_ground_in_and_its_silence_takes_it_out(domain):
-    vehicle = Vehicle(domain, 'odometry', **dict.fromkeys(
-        ('attitude', 'height', 'camera_pose'), 'odometry'))
-    vehicle.sees_the_ground()
-    figures = {pair.key: pair.value for pair in domain.status('depth_node').values}
-    assert (figures['attitude'], figures['height']) == ('known', 'known')
-    assert figures['odometry age'].endswith(' ms')
-    silent, vehicle.publishers = vehicle.publishers, {}
-    domain.spin_for(0.3)
-    vehicle.loses_the_ground()
-    assert 'before the image' in domain.fault('depth_node', 'no sample on /odometry').message
-    vehicle.publishers = silent
-    vehicle.sees_the_ground()
-
-
-def test_what_cannot_be_right_is_named_and_no_scan_is_made_of_it(domain):
+def test_a_vehicle_brings_the_ground_in_and_its_silence_and_nonsense_take_it_out(domain):
     vehicle = Vehicle(domain, 'imu', 'rangefinder', attitude='imu', height='rangefinder')
     vehicle.sees_the_ground()
-    assert vehicle.scans
+    domain.spin_until(lambda: vehicle.scans)
+    figures = {pair.key: pair.value for pair in domain.status('depth_node').values}
+    assert (figures['attitude'], figures['height']) == ('known', 'known')
+    assert figures['imu age'].endswith(' ms')
+    told, vehicle.publishers = vehicle.publishers, {}
     domain.spin_for(0.3)
-    vehicle.loses_the_ground(quaternion=(0.0, 0.0, 0.0, 0.0))
+    vehicle.loses_the_ground()
+    assert 'before the image' in domain.fault('depth_node', 'no sample on /imu').message
+    vehicle.publishers = told
     domain.spin_for(0.3)
     vehicle.scans.clear()
     vehicle.see(quaternion=(0.0, 0.0, 0.0, 0.0))
-    assert vehicle.people
     assert not vehicle.scans
     domain.fault('depth_node', 'a quaternion of length 0 instead of 1')
     vehicle.loses_the_ground(height=-2.0)
@@ -129,7 +114,7 @@ def test_transforms_are_taken_without_tf2_and_unknown_frames_named(domain):
     rotation.x, rotation.y, rotation.z, rotation.w = -0.5, 0.5, -0.5, 0.5
     domain.publisher(TransformStamped, 'transforms_static', LATCHED).publish(camera)
     vehicle.sees_the_ground()
-    assert vehicle.scans
+    domain.spin_until(lambda: vehicle.scans)
 
 
 class NodeDouble:
@@ -182,6 +167,28 @@ def test_without_tf2_msgs_the_way_out_is_named():
     message = node.monitor.status('n').message
     assert 'no tf2_msgs' in message
     assert '/transforms (geometry_msgs/TransformStamped)' in message
+
+
+def stamped(message, height=3.0):
+    message.header.stamp.sec = 5
+    pose = message.pose if isinstance(message, PoseStamped) else message.pose.pose
+    pose.position.z, pose.orientation.w = height, 1.0
+    return message
+
+
+@pytest.mark.parametrize(('name', 'message'), [
+    ('pose', stamped(PoseStamped())), ('odometry', stamped(Odometry()))])
+def test_pose_and_odometry_tell_attitude_height_and_motion(name, message):
+    node = NodeDouble(attitude=name, height=name, camera_pose=name, camera_z=0.5)
+    mounting = MountingInput(node)
+    assert node.topics[name][0] is type(message)
+    assert node.topics[name][2].reliability == ReliabilityPolicy.BEST_EFFORT
+    node.topics[name][1](message)
+    state = mounting.at(5 * 10**9, 'eye')
+    assert state.mounting.gravity == pytest.approx((0, 1, 0))
+    assert state.mounting.height == pytest.approx(3.5)
+    assert state.pose.position == pytest.approx((0, 0, 3.5))
+    assert node.monitor.status('n').message == 'running'
 
 
 def test_a_height_without_a_stamp_is_of_the_time_it_came():
