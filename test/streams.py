@@ -50,6 +50,7 @@ class Stream:
                                 **self._options)
             self.sender, self._parts = server.sender, [server.stop]
             return
+        self._description.unlink(missing_ok=True)
         out = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         relay = Relay(lambda data: out.sendto(data, ('127.0.0.1', self._port)), loss=self._loss)
         output = (['-f', 'mpegts', f'udp://127.0.0.1:{relay.port}?pkt_size=1316']

@@ -30,7 +30,7 @@ from sensor_msgs.msg import Image
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from streams import Stream, STREAMS
 
-from depth_person.camera.pattern import draw_pattern, read_number
+from depth_person.camera.pattern import read_number
 from depth_person.nodes.image_messages import decode_image
 from depth_person.settings.camera import parse_size
 
@@ -136,13 +136,11 @@ def _row(camera, seconds, sent_ns):
 
 
 def _write_video(path, args):
-    frames = b''.join(
-        draw_pattern(number, args.size).tobytes() for number in range(args.fps))
+    width, height = args.size
     subprocess.run(
-        [FFMPEG, '-v', 'error', '-f', 'rawvideo', '-pix_fmt', 'bgr24', '-s',
-         f'{args.size[0]}x{args.size[1]}', '-r', str(args.fps), '-stream_loop',
-         str(int(args.seconds) + 20), '-i', '-', '-c:v', 'libx264', '-preset', 'ultrafast',
-         '-pix_fmt', 'yuv420p', path], input=frames, check=True)
+        [FFMPEG, '-v', 'error', '-f', 'lavfi', '-i',
+         f'testsrc2=size={width}x{height}:rate={args.fps}', '-t', str(args.seconds + 30),
+         '-c:v', 'libx264', '-preset', 'ultrafast', '-pix_fmt', 'yuv420p', path], check=True)
 
 
 def reconnect(args):
