@@ -112,7 +112,9 @@ class States:
         covariance[:, VIEW, VIEW] += 1 - memory ** 2
         return States(self.mean @ step.T, covariance)
 
-    def updated(self, measured: _Array, log_sigma: _Array, origin: _Array) -> Update:
+    def updated(
+        self, measured: _Array, log_sigma: _Array, usual: _Array, origin: _Array,
+    ) -> Update:
         """
         Return what measurements make of the states, and how far off they are.
 
@@ -121,9 +123,10 @@ class States:
 
         :param measured: (n, 3) positions in the states' frame.
         :param log_sigma: (n,) the spread of their ranges over these.
+        :param usual: (n,) what that was in the frames before.
         :param origin: (3,) where the camera is.
         """
-        shares = ErrorShares.of(log_sigma)
+        shares = ErrorShares.of(log_sigma, usual)
         away, seen = self.mean[:, POSITION] - origin, measured - origin
         near = np.maximum(_length(away), _NEAREST)
         axes = _axes(_unit(away))
@@ -179,7 +182,7 @@ def started(
     :param origin: (3,) where the camera is.
     """
     n = len(measured)
-    shares = ErrorShares.of(log_sigma)
+    shares = ErrorShares.of(log_sigma, log_sigma)
     away = measured - origin
     ray = _unit(away)
     mean = np.zeros((n, N_STATES))

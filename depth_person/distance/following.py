@@ -47,7 +47,7 @@ class FilterOptions:
     """
 
     prediction_time: float = 1.0
-    person_acceleration: float = 0.4
+    person_acceleration: float = 0.6
     camera_acceleration: float = 0.3
 
     def __post_init__(self) -> None:

@@ -8,16 +8,19 @@ from numpy.typing import NDArray
 
 _Array = NDArray[np.float64]
 
-#: Spread of the logarithm of range that a person's build gives in every frame alike: 0.032 to
-#: 0.050 over views and gaps, of the same sign in all of them (correlation 0.7 to 1, slope 1).
-BODY_SPREAD = 0.04
-#: It makes at most so much of a frame's sigma, and what is left makes at least so much.
-BODY_SHARE = 0.95
-REST_SHARE = 0.5
+#: Spread of the logarithm of range that a person's build gives in every frame alike: 0.03 to
+#: 0.05 over views and gaps, of the same sign in all of them.
+BODY_SPREAD = 0.038
 #: Of the variance left, this part stays while the view does: pose, gaps, the network's habits.
 VIEW_SHARE = 0.3
 #: How long it does, seconds.
 VIEW_TIME_S = 0.5
+#: What is left is at least this part of a frame's sigma.
+LEAST_REST = 0.5
+#: A track's usual sigma is the average over about so long, seconds, unless the view changes: when
+#: a frame's is so many times larger or smaller.
+USUAL_S = 2.0
+CHANGED = 1.3
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,12 +38,35 @@ class ErrorShares:
     noise: _Array
 
     @classmethod
-    def of(cls, log_sigma: _Array) -> ErrorShares:
-        """Return the shares in errors of these spreads (n,), range_sigma over range."""
-        body = np.minimum(BODY_SHARE * log_sigma, BODY_SPREAD)
-        rest = np.maximum(log_sigma ** 2 - body ** 2, (REST_SHARE * log_sigma) ** 2)
-        return cls(body / BODY_SPREAD, np.sqrt(VIEW_SHARE * rest),
-                   np.sqrt((1 - VIEW_SHARE) * rest))
+    def of(cls, log_sigma: _Array, usual: _Array) -> ErrorShares:
+        """
+        Return the shares in errors of these spreads (n,), range_sigma over range.
+
+        What stays is told by the usual spread of the track, since that of a frame goes with the
+        frame's own error: a filter that took it would learn bodies from noise.
+
+        :param usual: (n,) spreads of the frames before.
+        """
+        body = np.minimum(usual, BODY_SPREAD)
+        rest = np.maximum(usual ** 2 - body ** 2, (LEAST_REST * usual) ** 2)
+        view = VIEW_SHARE * rest
+        noise = np.maximum(log_sigma ** 2 - body ** 2 - view,
+                           (1 - VIEW_SHARE) * (LEAST_REST * log_sigma) ** 2)
+        return cls(body / BODY_SPREAD, np.sqrt(view), np.sqrt(noise))
+
+    @staticmethod
+    def usual(before: _Array, log_sigma: _Array) -> _Array:
+        """Return the usual spreads (n,) for frames of these: those before, unless views change."""
+        changed = np.abs(np.log(log_sigma / before)) > np.log(CHANGED)
+        return np.where(changed, log_sigma, before)
+
+    @classmethod
+    def averaged(
+        cls, before: _Array, log_sigma: _Array, elapsed_s: NDArray[np.floating],
+    ) -> _Array:
+        """Return the usual spreads (n,) after frames of these, so long after the last."""
+        usual = cls.usual(before, log_sigma)
+        return usual + (1 - np.exp(-elapsed_s / USUAL_S)) * (log_sigma - usual)
 
     @property
     def variance(self) -> _Array:

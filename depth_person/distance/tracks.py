@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depth_person.distance.filtering import Motion, started, States
+from depth_person.distance.scale import ErrorShares
 
 _Array = NDArray[np.float64]
 _Rows = NDArray[np.intp]
@@ -43,7 +44,7 @@ class Sightings:
         """Return tracks that begin here."""
         return Tracks(
             self.ids, np.full(len(self.ids), self.stamp_ns, np.int64),
-            np.zeros(len(self.ids), np.int64),
+            np.zeros(len(self.ids), np.int64), self.spreads,
             started(self.places, self.spreads, self.origin, motion))
 
 
@@ -55,12 +56,14 @@ class Tracks:
     :ivar ids: (n,) of the pose stage.
     :ivar measured_ns: (n,) when a measurement was used last.
     :ivar outliers: (n,) how many came since and were not.
+    :ivar usual: (n,) range_sigma over range, averaged over scale.USUAL_S.
     :ivar states: of the same n.
     """
 
     ids: NDArray[np.int32]
     measured_ns: NDArray[np.int64]
     outliers: NDArray[np.int64]
+    usual: _Array
     states: States
 
     @classmethod
@@ -73,14 +76,15 @@ class Tracks:
     def take(self, rows: _Rows | NDArray[np.bool_]) -> Tracks:
         """Return the tracks of these rows."""
         return Tracks(self.ids[rows], self.measured_ns[rows], self.outliers[rows],
-                      self.states.take(rows))
+                      self.usual[rows], self.states.take(rows))
 
     def joined(self, other: Tracks) -> Tracks:
         """Return these tracks and then the others."""
         return Tracks(
             np.concatenate([self.ids, other.ids]),
             np.concatenate([self.measured_ns, other.measured_ns]),
-            np.concatenate([self.outliers, other.outliers]), self.states.joined(other.states))
+            np.concatenate([self.outliers, other.outliers]),
+            np.concatenate([self.usual, other.usual]), self.states.joined(other.states))
 
     def rows(self, ids: NDArray[np.int32]) -> _Rows:
         """Return (n,) where each of the ids is; -1 for one that is not followed."""
@@ -107,17 +111,22 @@ class Tracks:
 
     def _updated(self, rows: _Rows, seen: Sightings, motion: Motion) -> Tracks:
         """Return the tracks after sightings of these rows."""
-        update = self.states.take(rows).updated(seen.places, seen.spreads, seen.origin)
+        update = self.states.take(rows).updated(
+            seen.places, seen.spreads, ErrorShares.usual(self.usual[rows], seen.spreads),
+            seen.origin)
         waited_s = (seen.stamp_ns - self.measured_ns[rows]) * _NS
         again = ~update.likely & (self.outliers[rows] + 1 >= OUTLIERS) & (waited_s >= OUTLIERS_S)
-        used = update.likely | again
         states = self.states.put(rows[update.likely], update.states.take(update.likely))
         if again.any():
             states = states.put(rows[again], seen.take(again).begun(motion).states)
+        used = update.likely | again
+        usual = self.usual.copy()
+        usual[rows] = np.where(used, ErrorShares.averaged(
+            self.usual[rows], seen.spreads, waited_s), self.usual[rows])
         measured_ns, outliers = self.measured_ns.copy(), self.outliers.copy()
         measured_ns[rows[used]] = seen.stamp_ns
         outliers[rows] = np.where(used, 0, outliers[rows] + 1)
-        return Tracks(self.ids, measured_ns, outliers, states)
+        return Tracks(self.ids, measured_ns, outliers, usual, states)
 
     def _renamed(self, seen: Sightings, present: NDArray[np.int32]) -> Tracks:
         """Return the tracks, those of lost people under the ids of new people found there."""
@@ -127,7 +136,7 @@ class Tracks:
             return self
         row, found = (each.ravel() for each in np.meshgrid(lost, new))
         update = self.states.take(row).updated(
-            seen.places[found], seen.spreads[found], seen.origin)
+            seen.places[found], seen.spreads[found], self.usual[row], seen.origin)
         ids = self.ids.copy()
         for pair in np.argsort(update.off)[:update.likely.sum()]:
             if ids[row[pair]] == self.ids[row[pair]] and seen.ids[found[pair]] not in ids:

@@ -50,7 +50,7 @@ class DepthSettings(ScanSettings, InputSettings, NodeSettings):
         1.0, 'How long people are predicted who are hidden, seconds; then they are gone.',
         minimum=0.0, maximum=10.0, read_only=False)
     person_acceleration: float = parameter(
-        0.4, 'By how much people change their velocity, m/s^2 by the root of a second: less is '
+        0.6, 'By how much people change their velocity, m/s^2 by the root of a second: less is '
         'smoother, more follows sooner.', minimum=0.01, maximum=10.0, read_only=False)
     camera_acceleration: float = parameter(
         0.3, 'The same of the camera, where its pose is not known; 0 for one that stands still.',

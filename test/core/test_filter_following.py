@@ -191,6 +191,19 @@ def test_a_new_id_in_the_place_of_a_lost_one_goes_on_with_its_state():
     assert before[-1].people.track_ids.tolist() == [1]
 
 
+@pytest.mark.parametrize(('sure', 'then', 'told'), [
+    (True, 0.05, 10.0), (True, 0.1, 10.25), (False, 0.05, 10.4)])
+def test_a_sure_look_teaches_the_size_of_the_body(sure, then, told):
+    """Feet on the ground tell the range, 10 m, for a second; what is seen then says 4 % more."""
+    scene = Scene()
+    if sure:
+        for step in range(15):
+            scene.see(step / 15, {1: (0, 0, 10.0)}, spread=0.012)
+    for step in range(15, 90):
+        last = scene.see(step / 15, {1: (0, 0, 10.4)}, spread=then)
+    assert last.distances.range[0] == pytest.approx(told, abs=0.06)
+
+
 def test_people_of_one_id_are_as_measured():
     scene = Scene()
     for time in (0.0, 0.1, 0.2):
