@@ -158,6 +158,18 @@ def test_a_cloud_of_another_layout_is_named(harness):
     harness.domain.fault('mavlink_node', 'a point cloud lacks the field')
 
 
+def test_a_flood_is_named_and_does_not_stop_the_node(harness):
+    def named(status):
+        for _ in range(20):
+            harness.double.send_bytes(bytes(8000))
+        return 'floods' in status.message
+
+    harness.domain.status('mavlink_node', named)
+    harness.domain.status('mavlink_node', lambda status: 'floods' not in status.message)
+    assert harness.sent_at_last(
+        lambda: harness.scan.publish(scan_of(4.5)), 'OBSTACLE_DISTANCE')
+
+
 def test_with_two_publishers_nothing_is_sent(harness):
     domain = harness.domain
     second = domain.node.create_publisher(LaserScan, 'person_depth/scan', 10)
