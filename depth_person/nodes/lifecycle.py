@@ -111,6 +111,7 @@ class ManagedNode(LifecycleNode):
             self._tear_down()
             return Outcome.FAILURE
         self._configured = True
+        self.monitor.keep()  # they are of what was made, and stay true while it is inactive
         self.monitor.set_state(Level.WARN, _INACTIVE)
         return super().on_configure(state)
 

@@ -140,6 +140,11 @@ class Monitor:
         if changed:
             self.on_change()
 
+    def keep(self) -> None:
+        """Let `forget` leave the faults of now."""
+        with self._lock:
+            self._lasting |= self._faults.keys()
+
     def forget(self) -> None:
         """Take all faults back but the lasting ones: what they were of has been stopped."""
         with self._lock:

@@ -118,11 +118,14 @@ def test_several_publishers_on_one_topic_are_named(harness, publishers, shared, 
 
 def test_what_lasts_is_not_forgotten_and_a_state_comes_before_all(harness):
     harness.monitor.fault('a', Level.WARN, 'misspelt', lasting=True)
-    harness.monitor.fault('b', Level.ERROR, 'broken')
+    harness.monitor.fault('b', Level.WARN, 'no provider')
+    harness.monitor.keep()
+    harness.monitor.fault('c', Level.ERROR, 'broken')
     harness.monitor.forget()
     harness.monitor.set_state(Level.WARN, 'inactive')
-    assert harness.monitor.status('n').message == 'inactive; misspelt'
+    assert harness.monitor.status('n').message == 'inactive; misspelt; no provider'
     harness.monitor.set_state(Level.OK, '')
+    harness.monitor.clear('b')
     assert harness.monitor.status('n').message == 'misspelt'
 
 
