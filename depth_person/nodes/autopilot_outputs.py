@@ -1,6 +1,7 @@
 """People as autopilots take them: person_depth/scan, person_depth/nearest, person_depth/target."""
 from __future__ import annotations
 
+import time
 from typing import Any
 
 from geometry_msgs.msg import PoseWithCovarianceStamped
@@ -17,7 +18,10 @@ from depth_person.nodes.autopilot_messages import encode_nearest, encode_scan, e
 from depth_person.nodes.base import StageNode
 from depth_person.nodes.monitor import Level
 
-_FAULT = 'autopilot outputs'
+_FAULT, _RATE_FAULT = 'autopilot outputs', 'scan rate'
+#: What autopilots want, scans a second; a tenth less is not worth a word.
+_WANTED_HZ = 10.0
+_TOLERATED = 0.9
 
 
 class AutopilotOutputs:
@@ -35,6 +39,7 @@ class AutopilotOutputs:
         self._scan = node.advertise(LaserScan, 'person_depth/scan')
         self._nearest = node.advertise(Range, 'person_depth/nearest')
         self._target = node.advertise(PoseWithCovarianceStamped, 'person_depth/target')
+        self._scans, self._checked_s = 0, time.monotonic()
 
     @property
     def wanted(self) -> bool:
@@ -42,6 +47,20 @@ class AutopilotOutputs:
         return any(
             publisher.get_subscription_count()
             for publisher in (self._scan, self._nearest, self._target))
+
+    def check(self) -> None:
+        """Report scans that come too seldom for who subscribes; call it about once a second."""
+        elapsed_s = time.monotonic() - self._checked_s
+        scans, self._scans = self._scans, 0
+        self._checked_s += elapsed_s
+        if 0 < scans < _TOLERATED * _WANTED_HZ * elapsed_s and (
+                self._scan.get_subscription_count()):
+            self._node.monitor.fault(
+                _RATE_FAULT, Level.WARN,
+                f'{scans / elapsed_s:.1f} scans a second on person_depth/scan; autopilots want '
+                f'{_WANTED_HZ:g}. Use a smaller input_size, or a camera with more frames')
+        else:
+            self._node.monitor.clear(_RATE_FAULT)
 
     def publish(
         self, tracked: TrackedPeople, image_header: Header, intrinsics: Intrinsics | None,
@@ -82,6 +101,7 @@ class AutopilotOutputs:
             scan(tracked, intrinsics, view, options), image_header,
             frame_id=f'{settings.base_frame}_frd', options=options))
         self._node.monitor.count('scans')
+        self._scans += 1
 
     def _withhold(self, reason: str) -> None:
         self._node.monitor.count('scans withheld')

@@ -75,6 +75,11 @@ class DepthNode(StageNode[DepthSettings]):
         if options != self._stage.options:  # which forgets everybody
             self._stage = DistanceStage(options)
 
+    def _check(self) -> None:
+        super()._check()
+        if self.active:
+            self._autopilot.check()
+
     def activate(self) -> None:
         """Forget the people of before."""
         self._stage = DistanceStage(self.settings.distance_options())

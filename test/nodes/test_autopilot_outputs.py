@@ -99,6 +99,15 @@ def test_without_a_calibration_there_is_silence(harness):
     assert harness.scans
 
 
+def test_scans_that_come_too_seldom_are_named(harness):
+    domain = harness.domain
+    cloud = keypoints(FACE_TO_FACE)
+    seldom = domain.node.create_timer(0.2, lambda: harness.keypoints.publish(cloud))
+    domain.fault('depth_node', 'scans a second on person_depth/scan')
+    domain.node.destroy_timer(seldom)
+    domain.status('depth_node', lambda status: 'scans a second' not in status.message)
+
+
 def test_the_target_is_chosen_while_the_node_runs(harness):
     set_parameter = harness.domain.set_parameter
     cloud = keypoints(moved(FACE_TO_FACE, -300), FACE_TO_FACE)  # track ids 3 and 4
