@@ -2,8 +2,9 @@
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument
 from launch.conditions import LaunchConfigurationNotEquals
-from launch.substitutions import LaunchConfiguration, PathJoinSubstitution, TextSubstitution
+from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
 from launch_ros.actions import Node
+from launch_ros.parameter_descriptions import ParameterFile
 from launch_ros.substitutions import FindPackageShare
 
 #: Topic of ours -> topic of MAVROS in its default namespace.
@@ -24,8 +25,7 @@ def generate_launch_description():
     fcu_url = LaunchConfiguration('fcu_url')
     plugins = LaunchConfiguration('plugins_file')
     mavros = [
-        PathJoinSubstitution([
-            FindPackageShare('mavros'), 'launch', [autopilot, TextSubstitution(text=file)]])
+        ParameterFile([FindPackageShare('mavros'), '/launch/', autopilot, file])
         for file in ('_pluginlists.yaml', '_config.yaml')]
     return LaunchDescription([
         DeclareLaunchArgument(
