@@ -1,8 +1,12 @@
 """Start the pipeline beside MAVROS, and MAVROS itself when an autopilot is named."""
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument
-from launch.conditions import LaunchConfigurationNotEquals
-from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
+from launch.conditions import IfCondition
+from launch.substitutions import (
+    LaunchConfiguration,
+    NotEqualsSubstitution,
+    PathJoinSubstitution,
+)
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterFile
 from launch_ros.substitutions import FindPackageShare
@@ -50,5 +54,5 @@ def generate_launch_description():
         Node(
             package='mavros', executable='mavros_node', namespace='mavros', output='screen',
             parameters=[*mavros, plugins, {'fcu_url': fcu_url}],
-            condition=LaunchConfigurationNotEquals('fcu_url', '')),
+            condition=IfCondition(NotEqualsSubstitution(fcu_url, ''))),
     ])
