@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from rclpy.node import Node
 from rclpy.publisher import Publisher
-from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rosbags.interfaces import Qos
 from rosgraph_msgs.msg import Clock
 
@@ -20,7 +20,7 @@ from depth_person.camera.bag import BagReader
 from depth_person.errors import DepthPersonError
 from depth_person.nodes.image_messages import header
 from depth_person.nodes.pacer import Pacer
-from depth_person.nodes.qos import mismatches, publisher_profile
+from depth_person.nodes.qos import full_profile, mismatches, overridable, publisher_profile
 from depth_person.replay.ahead import ahead
 
 #: Messages that are read before they are due.
@@ -122,7 +122,8 @@ class BagPlayer:
                 self.left_out.append(f'{topic.name}: the type {topic.msgtype} is not installed')
                 continue
             yield topic.name, self._node.create_publisher(
-                kind, topic.name, offered_profile(topic.qos))
+                kind, topic.name, offered_profile(topic.qos),
+                qos_overriding_options=overridable())
 
     def _make_pacer(self) -> Pacer:
         rate, clock_hz = self._options.rate, self._options.clock_hz
@@ -168,12 +169,11 @@ def offered_profile(recorded: Sequence[Qos]) -> QoSProfile:
         return publisher_profile()
     reliable = any(each.reliability.name != 'BEST_EFFORT' for each in recorded)
     latched = any(each.durability.name == 'TRANSIENT_LOCAL' for each in recorded)
-    kept = all(each.history.name == 'KEEP_ALL' for each in recorded)
-    return QoSProfile(
-        history=HistoryPolicy.KEEP_ALL if kept else HistoryPolicy.KEEP_LAST,
-        depth=max([each.depth for each in recorded]) or _QUEUE,
-        reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT,
-        durability=DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE)
+    return full_profile(
+        ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT,
+        depth=max(each.depth for each in recorded) or _QUEUE,
+        durability=(
+            DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE))
 
 
 def _message_type(name: str) -> Any:

@@ -28,17 +28,17 @@ def overridable() -> QoSOverridingOptions:
 
 def publisher_profile() -> QoSProfile:
     """Return what is published with: the system's default, reliable, and a short queue."""
-    return _profile(ReliabilityPolicy.RELIABLE, depth=5)
+    return full_profile(ReliabilityPolicy.RELIABLE, depth=5)
 
 
 def sensor_profile(*, depth: int = 1) -> QoSProfile:
     """Return what sensor data is subscribed with: best effort, of images the newest only."""
-    return _profile(ReliabilityPolicy.BEST_EFFORT, depth=depth)
+    return full_profile(ReliabilityPolicy.BEST_EFFORT, depth=depth)
 
 
 def transform_profile(*, static: bool) -> QoSProfile:
     """Return what transforms are subscribed with: all of them, static ones of the past, too."""
-    return _profile(
+    return full_profile(
         ReliabilityPolicy.RELIABLE, depth=100,
         durability=DurabilityPolicy.TRANSIENT_LOCAL if static else DurabilityPolicy.VOLATILE)
 
@@ -70,7 +70,7 @@ def _text(profile: QoSProfile) -> str:
     return f'{profile.reliability.name.lower()}, {profile.durability.name.lower()}'
 
 
-def _profile(
+def full_profile(
     reliability: ReliabilityPolicy, *, depth: int,
     durability: DurabilityPolicy = DurabilityPolicy.VOLATILE,
 ) -> QoSProfile:

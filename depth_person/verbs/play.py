@@ -2,8 +2,10 @@
 from __future__ import annotations
 
 import argparse
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 import sys
+import time
 
 from rclpy.duration import Duration
 from rclpy.node import Node
@@ -17,6 +19,8 @@ from depth_person.nodes.spin import ros_context
 _CLOCK_HZ = 40.0
 #: How long slow subscribers are waited for at the end, seconds.
 _FAREWELL_S = 2.0
+#: How soon the end is seen, seconds.
+_POLL_S = 0.05
 #: The exit code where something was left out.
 _PARTLY = 3
 
@@ -57,7 +61,7 @@ def main(args: argparse.Namespace) -> int:
         try:
             player = BagPlayer(node, reader, options, stopping)
             print(f'playing {args.bag}', flush=True)
-            player.play()
+            _play(player)
             for publisher in node.publishers:
                 publisher.wait_for_all_acked(Duration(seconds=_FAREWELL_S))
             faults = [*player.left_out, *player.mismatches(), *filter(None, [reader.damage])]
@@ -69,3 +73,12 @@ def main(args: argparse.Namespace) -> int:
     for fault in faults:
         print(f'depth_person play: {fault}', file=sys.stderr)
     return _PARTLY if faults else 0
+
+
+def _play(player: BagPlayer) -> None:
+    """Play in a thread of its own: a signal must not strike one that waits for its event."""
+    with ThreadPoolExecutor(1) as thread:
+        playing = thread.submit(player.play)
+        while not playing.done():
+            time.sleep(_POLL_S)
+        playing.result()

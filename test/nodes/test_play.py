@@ -1,0 +1,175 @@
+"""Bags published again: profiles, pace, clock, loops, and the same results as offline."""
+import itertools
+from pathlib import Path
+import re
+import time
+
+import numpy as np
+import pytest
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rosbags.interfaces import (
+    Qos,
+    QosDurability,
+    QosHistory,
+    QosLiveliness,
+    QosReliability,
+    QosTime,
+)
+from rosbags.typesys import get_types_from_msg, get_typestore, Stores
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import PointCloud2
+from std_msgs.msg import Header, String
+
+from depth_person.camera.bag import BagReader
+from depth_person.cli import main
+from depth_person.nodes.bag_player import offered_profile
+from depth_person.nodes.cloud_messages import decode_cloud
+from depth_person.nodes.image_messages import stamp_ns
+from depth_person.replay.bags import BagWriter
+from depth_person.replay.clouds import cloud_points
+
+WALK = Path(__file__).parents[2] / 'demo/walk'
+RELIABLE = QoSProfile(depth=100, reliability=ReliabilityPolicy.RELIABLE)
+START = 1000 * 10**9
+STEP = 20_000_000
+RANGE = np.dtype([('range', '<f4'), ('track_id', '<i4')])
+
+
+def profile(*, reliability='RELIABLE', durability='VOLATILE', depth=5):
+    never = QosTime(0, 0)
+    return Qos(
+        QosHistory.KEEP_LAST, depth, QosReliability[reliability], QosDurability[durability],
+        never, never, QosLiveliness.AUTOMATIC, never, False)
+
+
+@pytest.fixture
+def bag(tmp_path):
+    """Return a bag with fifty stamped headers, a latched text and a type of its own."""
+    types = get_typestore(Stores.ROS2_JAZZY)
+    types.register(get_types_from_msg('float64 value', 'my_msgs/msg/Wind'))
+    make = types.types
+    with BagWriter(tmp_path / 'bag', types=types) as writer:
+        writer.add_topic(
+            '/map', 'std_msgs/msg/String', qos=[profile(durability='TRANSIENT_LOCAL')])
+        writer.add_topic('/head', 'std_msgs/msg/Header', qos=[profile(depth=100)])
+        writer.write('/map', START, make['std_msgs/msg/String'](data='the map'))
+        writer.write('/wind', START, make['my_msgs/msg/Wind'](value=1.0))
+        for index in range(50):
+            time_ns = START + index * STEP
+            stamp = make['builtin_interfaces/msg/Time'](
+                sec=time_ns // 10**9, nanosec=time_ns % 10**9)
+            writer.write('/head', time_ns, make['std_msgs/msg/Header'](
+                stamp=stamp, frame_id=str(index)))
+    return tmp_path / 'bag'
+
+
+@pytest.mark.parametrize(('recorded', 'reliability', 'durability', 'depth'), [
+    ([], 'RELIABLE', 'VOLATILE', 5),
+    ([profile(reliability='BEST_EFFORT')], 'BEST_EFFORT', 'VOLATILE', 5),
+    ([profile(durability='TRANSIENT_LOCAL', depth=1)], 'RELIABLE', 'TRANSIENT_LOCAL', 1),
+    ([profile(depth=0)], 'RELIABLE', 'VOLATILE', 10),
+    ([profile(reliability='BEST_EFFORT'), profile()], 'RELIABLE', 'VOLATILE', 5),
+])
+def test_the_recorded_profile_is_offered_again(recorded, reliability, durability, depth):
+    offered = offered_profile(recorded)
+
+    assert (offered.reliability, offered.durability, offered.depth) == (
+        ReliabilityPolicy[reliability], DurabilityPolicy[durability], depth)
+
+
+def test_messages_come_whole_in_order_and_in_their_time_with_a_clock(domain, bag):
+    heads = []
+    domain.node.create_subscription(
+        Header, '/head', lambda message: heads.append((time.monotonic(), message)), RELIABLE)
+    clocks = domain.listen(Clock, '/clock', RELIABLE)
+    player = domain.start('depth_person', 'play', bag, '--clock', '100', '--wait', '--rate', '0.5',
+                          ready='playing')
+
+    domain.spin_until(lambda: len(heads) == 50)
+    maps = domain.listen(String, '/map', QoSProfile(
+        depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL))
+    domain.spin_until(lambda: maps)
+
+    assert maps[0].data == 'the map', 'a latched topic reaches who comes late'
+    assert [message.frame_id for _, message in heads] == [str(index) for index in range(50)]
+    arrived = np.array([at for at, _ in heads])
+    due = 2e-9 * STEP * np.arange(50)
+    assert np.median(np.abs(arrived - arrived[0] - due)) < 0.05
+    ticks = [clock.clock.sec * 10**9 + clock.clock.nanosec for clock in clocks]
+    assert ticks == sorted(ticks)
+    assert ticks[-1] == START + 49 * STEP
+    assert len(set(ticks)) > 100, 'more than one a message'
+    assert player.exit_code(20.0) == 3
+    assert '/wind: the type my_msgs/msg/Wind is not installed' in player.said
+    assert '51 messages on 2 topics; published late by' in player.said
+
+
+def test_a_loop_starts_over_until_ctrl_c_and_only_asked_topics_are_played(domain, bag):
+    heads, maps = domain.listen(Header, '/head', RELIABLE), domain.listen(String, '/map')
+    player = domain.start('depth_person', 'play', bag, '--loop', '--rate', '10', '--topics',
+                          '/head', '--wait', ready='playing')
+
+    domain.spin_until(lambda: len(heads) > 120)
+    player.interrupt()
+
+    assert player.exit_code() == 0, player.said
+    assert 'Traceback' not in player.said
+    numbers = [int(message.frame_id) for message in heads[:120]]
+    assert numbers == list(itertools.islice(itertools.cycle(range(50)), 120))
+    assert maps == []
+
+
+@pytest.mark.parametrize(('arguments', 'fault'), [
+    (['--topics', '/none'], 'has no /none; it has /map'),
+    (['--rate', '0'], 'a rate of 0 is not from'),
+    (['--topics', '/wind'], 'nothing in .* can be published: /wind: the type my_msgs/msg/Wind'),
+])
+def test_what_cannot_be_played_is_told(bag, capsys, arguments, fault):
+    assert main(['play', str(bag), *arguments]) == 1
+
+    assert re.search(fault, capsys.readouterr().err)
+
+
+LIVE = """
+/**:
+  ros__parameters:
+    compressed: true
+    use_sim_time: true
+    max_age: 0.0
+    qos_overrides./image_raw/compressed.subscription.reliability: reliable
+    qos_overrides./person_keypoints.subscription: {reliability: reliable, depth: 10}
+"""
+
+
+def write_frames(path, stamps):
+    """Write a bag with the demo's images of these stamps."""
+    with BagReader(WALK) as source, BagWriter(path) as writer:
+        for topic, time_ns, message in source.messages(['/camera_info', '/image_raw/compressed']):
+            if stamp_ns(message.header) in stamps:
+                writer.write(topic, time_ns, message)
+
+
+def test_nodes_on_simulated_time_find_what_the_offline_run_finds(domain, tmp_path):
+    params = tmp_path / 'params.yaml'
+    params.write_text(LIVE)
+    for node in ('pose_node', 'depth_node'):
+        domain.start(node, '--ros-args', '--params-file', params)
+    clouds = domain.listen(PointCloud2, '/person_depth/people', RELIABLE)
+    player = domain.start('depth_person', 'play', WALK, '--clock', '--wait', '--rate', '0.3',
+                          '--topics', '/image_raw/compressed', '/camera_info', ready='playing')
+    domain.spin_until(lambda: len(clouds) >= 10, timeout_s=60.0)
+    player.interrupt()
+    player.exit_code()
+    live = {stamp_ns(cloud.header): decode_cloud(cloud, RANGE)[0] for cloud in clouds}
+
+    # A slow machine drops frames; the offline run is given those that were looked at.
+    write_frames(tmp_path / 'seen', live.keys())
+    assert main(['process', str(tmp_path / 'seen'), '-o', str(tmp_path / 'out'), '--quiet']) == 0
+
+    with BagReader(tmp_path / 'out') as reader:
+        offline = {stamp_ns(message.header): cloud_points(message)[0] for _, _, message in
+                   reader.messages(['/person_depth/people'])}
+    assert live.keys() == offline.keys()
+    for stamp, found in live.items():
+        assert found['track_id'].tolist() == offline[stamp]['track_id'].tolist()
+        np.testing.assert_allclose(found['range'], offline[stamp]['range'], rtol=1e-4)
