@@ -2,12 +2,13 @@
 from dataclasses import replace
 import json
 import math
+from pathlib import Path
 import re
 
 from bag_messages import string
 import numpy as np
 import pytest
-from result_bags import results, START_NS, STEP_NS, TOPIC, write_results
+from result_bags import cloud, people, results, START_NS, STEP_NS, TOPIC, write_results
 
 from depth_person.cli import main
 from depth_person.errors import DepthPersonError
@@ -170,6 +171,14 @@ def damaged(folder, kind):
         odd = {'zero': 0, 'twice': START_NS + 3 * STEP_NS, 'back': START_NS + 2 * STEP_NS + 1}
         write_results(path, good, stamps_ns=[
             odd[kind] if step == 4 else START_NS + step * STEP_NS for step in range(10)])
+    elif kind == 'magic':
+        write_results(path, good)
+        (path / 'magic.mcap').write_bytes(b'PNG' + (path / 'magic.mcap').read_bytes()[3:])
+    elif kind == 'undecodable':
+        with BagWriter(path) as bag:
+            for step, rows in enumerate(good):
+                bag.write(TOPIC, step, cloud(START_NS + step * STEP_NS, people(*rows)))
+            bag.write_raw(TOPIC, 20, b'\0\1\0\0 no cloud')
     elif kind == 'torn':
         write_results(path, good)
         data = (path / 'torn.mcap').read_bytes()
@@ -182,11 +191,18 @@ def damaged(folder, kind):
     ('other', 'holds no results'), ('zero', '1 messages without a stamp, left out'),
     ('twice', '1 messages whose stamp came before, left out'),
     ('back', '1 messages whose stamp lies before the one ahead of it'),
-    ('torn', 'torn'),
+    ('torn', 'is damaged'), ('magic', 'does not begin like an .mcap file'),
+    ('undecodable', '1 messages that cannot be decoded, left out'),
 ])
 def test_bad_input_is_named_and_its_exit_code_is_2(tmp_path, bags, capsys, kind, said):
     assert main(['compare', bags[0], str(damaged(tmp_path, kind))]) == 2
     assert said in capsys.readouterr().err
+
+
+def test_a_bag_without_its_metadata_is_compared_all_the_same(bags, capsys):
+    (Path(bags[1]) / 'metadata.yaml').unlink()
+    assert main(['compare', *bags]) == 1
+    assert '10 frames in both' in capsys.readouterr().out
 
 
 def test_a_cloud_without_what_results_hold_is_left_out_and_counted(tmp_path, capsys):

@@ -1,4 +1,5 @@
 """The regression bags give their golden values, and would not if a formula were wrong."""
+from collections import Counter
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
@@ -7,9 +8,12 @@ from unittest import mock
 
 import cv2
 import make_bags
+from mcap.reader import make_reader
+from mcap_ros2.decoder import DecoderFactory
 import numpy as np
 import pytest
 from regression_cases import BAGS, CASES, GOLDEN, measure, sightings
+from rosbags.rosbag2 import Reader
 from scenes import ACROSS, AWAY, Sequence, TURNING
 import update
 
@@ -123,6 +127,17 @@ def test_the_bags_are_small_and_of_every_kind():
             'distorted'} <= {path.name for path in BAGS.iterdir()}
     with BagSource(BAGS / 'distorted', frame_id='') as source:
         assert source.read().intrinsics.distorted
+
+
+@pytest.mark.parametrize('path', sorted(BAGS.iterdir()), ids=lambda path: path.name)
+def test_other_tools_read_the_bags(path):
+    with (path / f'{path.name}.mcap').open('rb') as file:
+        found = Counter(
+            channel.topic for _, channel, _, _ in
+            make_reader(file, decoder_factories=[DecoderFactory()]).iter_decoded_messages())
+    with Reader(path) as reader:
+        assert found == {topic: info.msgcount for topic, info in reader.topics.items()}
+    assert set(found) > {'/camera_info', '/person_truth'}
 
 
 @pytest.mark.parametrize('name', make_bags.KEYPOINTS)

@@ -1,4 +1,4 @@
-"""A report as a browser without a network shows it."""
+"""A regression bag, processed and reported, as a browser without a network shows it."""
 from pathlib import Path
 import subprocess
 import sys
@@ -21,6 +21,14 @@ def page(tmp_path_factory):
              folder / 'report.html']):
         subprocess.run([BIN / 'depth_person', *command], check=True, timeout=120)
     return folder / 'report.html'
+
+
+def test_the_results_of_process_are_the_golden_ones(page):
+    golden = BAG.parents[1] / 'golden' / 'walker.json'
+    compared = subprocess.run(
+        [BIN / 'depth_person', 'compare', golden, page.parent / 'results'], timeout=60,
+        stdout=subprocess.PIPE, text=True, check=False)
+    assert compared.returncode == 0, compared.stdout
 
 
 @pytest.fixture(scope='module')
