@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 
-class PoseNetwork(Protocol):
-    """An image in, the people in it out; networks.open_network makes one."""
+class KeypointNetwork(Protocol):
+    """What is known of any network that marks keypoints."""
 
     @property
     def convention(self) -> str:
@@ -24,6 +24,10 @@ class PoseNetwork(Protocol):
     def inference_s(self) -> float:
         """Seconds that the networks alone took for the last image."""
         ...
+
+
+class PoseNetwork(KeypointNetwork, Protocol):
+    """An image in, the people in it out; networks.open_network makes one."""
 
     def __call__(self, image: NDArray[np.uint8]) -> NDArray[np.float32]:
         """

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from depth_person.pose.graph import Graph
 from depth_person.pose.image_tensor import check_image, ImageTensor
 from depth_person.pose.movenet import MIN_KEYPOINTS, one_per_person
-from depth_person.pose.network import PoseNetwork
+from depth_person.pose.network import KeypointNetwork, PoseNetwork
 from depth_person.pose.options import PoseOptions
 from depth_person.pose.warps import Matrix
 
@@ -20,23 +20,8 @@ Array = NDArray[np.float32]
 _FLESH = 0.08
 
 
-class CropNetwork(Protocol):
+class CropNetwork(KeypointNetwork, Protocol):
     """Marks people whose places are roughly known."""
-
-    @property
-    def convention(self) -> str:
-        """As in PoseNetwork."""
-        ...
-
-    @property
-    def neck_measured(self) -> bool:
-        """As in PoseNetwork."""
-        ...
-
-    @property
-    def inference_s(self) -> float:
-        """As in PoseNetwork."""
-        ...
 
     def __call__(self, image: NDArray[np.uint8], people: Array) -> Array:
         """
