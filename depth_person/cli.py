@@ -18,6 +18,7 @@ VERBS = {
     'models': 'install and list pose networks',
     'process': 'run the pipeline over bags and write bags with the results',
     'play': 'publish the topics of a bag in their time',
+    'record': 'record the topics that a report of a fault needs',
     'evaluate': 'measure errors on a folder of frames with known distances',
     'compare': 'say what moved between two bags of results',
     'report': 'write a page about a bag of results',

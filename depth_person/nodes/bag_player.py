@@ -117,7 +117,7 @@ class BagPlayer:
                 self.left_out.append('/clock: a clock of its own is asked for')
                 continue
             try:
-                kind = _message_type(topic.msgtype)
+                kind = message_type(topic.msgtype)
             except (ImportError, AttributeError):
                 self.left_out.append(f'{topic.name}: the type {topic.msgtype} is not installed')
                 continue
@@ -176,7 +176,7 @@ def offered_profile(recorded: Sequence[Qos]) -> QoSProfile:
             DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE))
 
 
-def _message_type(name: str) -> Any:
+def message_type(name: str) -> Any:
     """Return the class of a message; raise ImportError or AttributeError if there is none."""
     package, _, kind = name.split('/')
     return getattr(import_module(f'{package}.msg'), kind)
