@@ -14,7 +14,7 @@ _MARK_SPREAD = 0.05
 #: Two skeletons more alike than this are the same person.
 _SAME_PERSON = 0.45
 #: So are two that lie this near, over the smaller one's size, and differ less in size.
-_SAME_PLACE = 0.12
+_SAME_PLACE = 0.18
 _SAME_SIZE = 1.7
 #: Lengths between pairs of keypoints, and how often each goes into a person's height. Rather too
 #: often: a length that is seen at an angle is too short.

@@ -35,6 +35,7 @@ class Track:
     :ivar points: (18, 2), NaN where never marked; one that is not seen moves with the others.
     :ivar size: of the body in the image, as body_sizes tells it.
     :ivar velocity: (2,) pixels a second.
+    :ivar started_ns: when it was found.
     """
 
     track_id: int
@@ -42,6 +43,7 @@ class Track:
     points: Array
     size: float
     velocity: Array
+    started_ns: int
 
     def missed_s(self, stamp_ns: int) -> float:
         """Return for how long nobody has seen it."""
@@ -116,7 +118,7 @@ class Tracker:
         """Return a new track at keypoints (18, 2)."""
         track = Track(
             self._next_id, stamp_ns, points.copy(), float(body_sizes(points[None])[0]),
-            np.zeros(2, np.float32))
+            np.zeros(2, np.float32), stamp_ns)
         self._next_id += 1
         self.tracks.append(track)
         return track

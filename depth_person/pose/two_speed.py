@@ -1,71 +1,31 @@
 """The pose stage at two speeds: a detector now and then, a crop of every person at every frame."""
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
 from depth_person.camera.frame import Frame
-from depth_person.pose.bodies import body_sizes, boxes, likeness, same_people
-from depth_person.pose.detector import Detector, sureness
+from depth_person.pose.bodies import Array, body_sizes, Bools
+from depth_person.pose.claims import chosen, is_young, part_marks, refuse_doubles, Seen
+from depth_person.pose.crops import crops_around
+from depth_person.pose.detector import Detector
 from depth_person.pose.looks import Look
 from depth_person.pose.movenet import MIN_KEYPOINTS, MoveNet
 from depth_person.pose.refine import Refiner
 from depth_person.pose.schedule import Schedule
 from depth_person.pose.skeleton import Keypoint, N_KEYPOINTS
-from depth_person.pose.tracking import Track, Tracker
-
-Array = NDArray[np.float32]
+from depth_person.pose.tracking import Tracker
 
 #: So many people are followed; more, if more are to be published.
 MOST_TRACKED = 20
-#: Whoever is less sure than this on a crop is not confirmed by it.
-_LEAST_SURE = 0.3
-#: Nor is who lies further than this from where the crop was meant for, over the body's size.
-_MOST_OFF = 0.25
-#: Somebody new has to be this sure to both networks: the product of the two.
-_LEAST_SURE_OF_NEW = 0.13
-#: A detection this sure needs no crop to confirm it.
-_SURE_DETECTION = 0.5
 #: Hidden joints of the body are guessed on crops, and score up to this times min_score; up to
 #: _SURE times where neither hip is that sure, as when just a head shows. A face is not guessed
 #: at, and scores less even where it is seen.
 _GUESSED, _SURE = 1.5, 2.0
-#: A crop less like the detection of its person than this has slipped onto somebody else.
-_SLIPPED = 0.15
-#: Two people's marks of one keypoint nearer than this, over the body's size, are one mark.
-_SAME_MARK = 0.02
-#: Sides of crops: around the keypoints, and at least and at most, over the body's size.
-_CROP_AROUND, _LEAST_CROP, _MOST_CROP = 1.15, 0.75, 1.05
-#: Least side of a crop that holds all of a person that is inside the frame.
-_LEAST_IN_FRAME = 0.3
 
 _IS_FACE = np.isin(np.arange(N_KEYPOINTS), [
     Keypoint.NOSE, Keypoint.R_EYE, Keypoint.L_EYE, Keypoint.R_EAR, Keypoint.L_EAR])
 _HIPS = [Keypoint.R_HIP, Keypoint.L_HIP]
-
-
-@dataclass(frozen=True, eq=False)
-class _Seen:
-    """
-    Whom a frame may show: those who are tracked, then those who are new.
-
-    :ivar tracks: None for somebody new.
-    :ivar expected: (n, 18, 2) where the keypoints should be, NaN where nobody knows.
-    :ivar sizes: (n,) of the bodies, raw pixels.
-    :ivar detected: (n, 18, 3) as the detector marked them in this frame; NaN where it did not.
-    """
-
-    tracks: list[Track | None]
-    expected: Array
-    sizes: Array
-    detected: Array
-
-    @property
-    def new(self) -> NDArray[np.bool_]:
-        """Who is not tracked yet (n,)."""
-        return np.array([track is None for track in self.tracks], bool)
 
 
 class TwoSpeed:
@@ -97,9 +57,10 @@ class TwoSpeed:
         marked = self._refiner(frame.image, *crops)
         self.inference_s = self._detector.inference_s + self._refiner.inference_s
         self._blank_guesses(marked)
-        keypoints = _chosen(seen, marked)
-        _refuse_doubles(seen, keypoints)
-        _part_marks(seen, keypoints)
+        keypoints = chosen(seen, marked)
+        doubles = refuse_doubles(seen, keypoints, frame.stamp_ns)
+        doubles |= part_marks(seen, keypoints)
+        self._end_young(seen, doubles, frame.stamp_ns)
         return self._confirm(seen, keypoints, frame.stamp_ns)
 
     def recall(
@@ -136,7 +97,7 @@ class TwoSpeed:
         ).reshape(-1, N_KEYPOINTS, 2)
         return expected, self._schedule.looks(width, height, np.nanmean(expected, axis=1))
 
-    def _look(self, frame: Frame) -> _Seen:
+    def _look(self, frame: Frame) -> Seen:
         """Return who is tracked, and who is new by the looks that are due."""
         tracks = self._tracker.tracks
         expected, looks = self._due_looks(frame)
@@ -152,7 +113,7 @@ class TwoSpeed:
                 expected[place[track.track_id]] = found[person, :, :2]
         room = max(MOST_TRACKED, self._max_people) - len(tracks)
         new_people = found[new][:max(room, 0)]
-        return _Seen(
+        return Seen(
             [*tracks, *[None] * len(new_people)],
             np.concatenate([expected, new_people[..., :2]]),
             np.concatenate([sizes, body_sizes(new_people[..., :2])]),
@@ -165,8 +126,16 @@ class TwoSpeed:
         body = np.where(hips, _GUESSED, _SURE)[:, None]
         marked[scores < self._min_score * np.where(_IS_FACE, 1.0, body)] = np.nan
 
+    def _end_young(self, seen: Seen, doubles: Bools, stamp_ns: int) -> None:
+        """End the tracks of people who have turned out to be tracked already."""
+        ended = {
+            track.track_id for track, double in zip(seen.tracks, doubles, strict=True)
+            if double and track is not None and is_young(track, stamp_ns)}
+        self._tracker.tracks = [
+            track for track in self._tracker.tracks if track.track_id not in ended]
+
     def _confirm(
-        self, seen: _Seen, keypoints: Array, stamp_ns: int,
+        self, seen: Seen, keypoints: Array, stamp_ns: int,
     ) -> tuple[Array, NDArray[np.int32]]:
         """Bring the tracks up to date; return those seen, the largest first."""
         rows = np.flatnonzero(np.isfinite(keypoints[..., 2]).sum(1) >= MIN_KEYPOINTS)
@@ -181,81 +150,3 @@ class TwoSpeed:
             ids[index], sizes[index] = track.track_id, track.size
         order = np.argsort(-sizes, kind='stable')[:self._max_people]
         return keypoints[rows[order]], ids[order]
-
-
-def crops_around(
-    points: Array, sizes: Array, *, width: int, height: int,
-) -> tuple[Array, Array]:
-    """
-    Return the centres (n, 2) and sides (n,) of the crops on which people are marked.
-
-    A body that fills the crop is marked best; one of which part is hidden may show more next,
-    unless what is missing is outside the frame.
-
-    :param points: (n, 18, 2) where keypoints are expected, NaN where nobody knows.
-    :param sizes: (n,) of the bodies.
-    :param width: of the frame, pixels.
-    """
-    around = boxes(points)
-    low, high = around[:, :2], around[:, 2:]
-    around_sides = _CROP_AROUND * (high - low).max(1)
-    sides = np.clip(around_sides, _LEAST_CROP * sizes, _MOST_CROP * sizes)
-    middles, frame = (low + high) / 2, np.array([width, height]) - 0.5
-    low = np.clip(middles - sides[:, None] / 2, -0.5, frame)
-    high = np.clip(middles + sides[:, None] / 2, -0.5, frame)
-    sides = np.clip((high - low).max(1), _LEAST_IN_FRAME * sizes, sides)
-    return ((low + high) / 2).astype(np.float32), sides.astype(np.float32)
-
-
-def _chosen(seen: _Seen, marked: Array) -> Array:
-    """Return for each person the crop's keypoints, else the detector's, else NaN."""
-    points = marked[..., :2]
-    enough = np.isfinite(marked[..., 2]).sum(1) >= MIN_KEYPOINTS
-    expected, detected = seen.expected, seen.detected
-    apart = np.hypot(*np.moveaxis(points - expected, 2, 0))
-    known = np.isfinite(apart)
-    off = np.where(known, apart, 0).sum(1) / np.maximum(known.sum(1), 1) / seen.sizes
-    good = enough & known.any(1) & (off < _MOST_OFF) & (sureness(marked) >= _LEAST_SURE)
-    has_detection = np.isfinite(detected[..., 2]).any(1)
-    alike = np.diagonal(likeness(points, detected[..., :2], seen.sizes, seen.sizes))
-    good &= ~has_detection | (alike >= _SLIPPED)
-    sure_both = sureness(detected) * sureness(marked) >= _LEAST_SURE_OF_NEW
-    good &= ~seen.new | sure_both
-    sure = has_detection & ~good & (~seen.new | (sureness(detected) >= _SURE_DETECTION))
-    chosen = np.where(good[:, None, None], marked, np.nan)
-    result: Array = np.where(sure[:, None, None], detected, chosen).astype(np.float32)
-    return result
-
-
-def _refuse_doubles(seen: _Seen, keypoints: Array) -> None:
-    """Blank whoever is the same as another that fits what was expected better."""
-    points = keypoints[..., :2]
-    same = same_people(points, seen.sizes, strict=~seen.new)
-    if not same.any():
-        return
-    apart = np.hypot(*np.moveaxis(points - seen.expected, 2, 0)) / seen.sizes[:, None]
-    known = np.isfinite(apart)
-    off = np.where(known, apart, 0).sum(1) / np.maximum(known.sum(1), 1)
-    order = np.lexsort((np.where(seen.new, -sureness(keypoints), off), seen.new))
-    kept: list[int] = []
-    for index in order:
-        if same[index, kept].any():
-            keypoints[index] = np.nan
-        else:
-            kept.append(int(index))
-
-
-def _part_marks(seen: _Seen, keypoints: Array) -> None:
-    """Blank a keypoint where another person has it too, and expected it nearer."""
-    points = keypoints[..., :2]
-    apart = points[:, None] - points[None]
-    apart = np.hypot(apart[..., 0], apart[..., 1])
-    size = np.minimum(seen.sizes[:, None], seen.sizes[None])
-    np.einsum('iik->ik', apart)[...] = np.inf
-    same = apart < (_SAME_MARK * size)[..., None]
-    if not same.any():
-        return
-    off = np.nan_to_num(np.hypot(*np.moveaxis(points - seen.expected, 2, 0)), nan=np.inf)
-    first, second, keypoint = np.nonzero(same)
-    loses = off[first, keypoint] > off[second, keypoint]
-    keypoints[first[loses], keypoint[loses]] = np.nan

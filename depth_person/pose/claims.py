@@ -1,0 +1,123 @@
+"""Which keypoints belong to whom, where crops and detections disagree or several claim them."""
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from depth_person.pose.bodies import Array, Bools, likeness, same_people
+from depth_person.pose.detector import sureness
+from depth_person.pose.movenet import MIN_KEYPOINTS
+from depth_person.pose.tracking import Track
+
+#: Whoever is less sure than this on a crop is not confirmed by it.
+_LEAST_SURE = 0.3
+#: Nor is who lies further than this from where the crop was meant for, over the body's size.
+_MOST_OFF = 0.25
+#: Somebody new has to be this sure to both networks: the product of the two.
+_LEAST_SURE_OF_NEW = 0.13
+#: A detection this sure needs no crop to confirm it.
+_SURE_DETECTION = 0.5
+#: A crop less like the detection of its person than this has slipped onto somebody else.
+_SLIPPED = 0.15
+#: Two people's marks of one keypoint nearer than this, over the body's size, are one mark.
+_SAME_MARK = 0.02
+#: Whoever loses more than this share of the marks to others is no person of its own.
+_MOST_LOST = 0.3
+#: A track that turns out to be somebody else's so soon was never a person's.
+_YOUNG_NS = 1_000_000_000
+
+
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """
+    Whom a frame may show: those who are tracked, then those who are new.
+
+    :ivar tracks: None for somebody new.
+    :ivar expected: (n, 18, 2) where the keypoints should be, NaN where nobody knows.
+    :ivar sizes: (n,) of the bodies, raw pixels.
+    :ivar detected: (n, 18, 3) as the detector marked them in this frame; NaN where it did not.
+    """
+
+    tracks: list[Track | None]
+    expected: Array
+    sizes: Array
+    detected: Array
+
+    @property
+    def new(self) -> Bools:
+        """Who is not tracked yet (n,)."""
+        return np.array([track is None for track in self.tracks], bool)
+
+
+def chosen(seen: Seen, marked: Array) -> Array:
+    """Return for each person the crop's keypoints, else the detector's, else NaN."""
+    points = marked[..., :2]
+    enough = np.isfinite(marked[..., 2]).sum(1) >= MIN_KEYPOINTS
+    expected, detected = seen.expected, seen.detected
+    apart = np.hypot(*np.moveaxis(points - expected, 2, 0))
+    known = np.isfinite(apart)
+    off = np.where(known, apart, 0).sum(1) / np.maximum(known.sum(1), 1) / seen.sizes
+    good = enough & known.any(1) & (off < _MOST_OFF) & (sureness(marked) >= _LEAST_SURE)
+    has_detection = np.isfinite(detected[..., 2]).any(1)
+    alike = np.diagonal(likeness(points, detected[..., :2], seen.sizes, seen.sizes))
+    good &= ~has_detection | (alike >= _SLIPPED)
+    sure_both = sureness(detected) * sureness(marked) >= _LEAST_SURE_OF_NEW
+    good &= ~seen.new | sure_both
+    sure = has_detection & ~good & (~seen.new | (sureness(detected) >= _SURE_DETECTION))
+    marked = np.where(good[:, None, None], marked, np.nan)
+    result: Array = np.where(sure[:, None, None], detected, marked).astype(np.float32)
+    return result
+
+
+def is_young(track: Track | None, stamp_ns: int) -> bool:
+    """Return whether it has been followed for so short a time that it may be nobody."""
+    return track is None or stamp_ns - track.started_ns < _YOUNG_NS
+
+
+def refuse_doubles(seen: Seen, keypoints: Array, stamp_ns: int) -> Bools:
+    """
+    Blank whoever is the same as another, and return who that is (n,).
+
+    Tracks come before those who are new, and then whoever lies nearer to where it was expected.
+    """
+    points = keypoints[..., :2]
+    doubles = np.zeros(len(points), bool)
+    same = same_people(points, seen.sizes, strict=~seen.new)
+    if not same.any():
+        return doubles
+    apart = np.hypot(*np.moveaxis(points - seen.expected, 2, 0)) / seen.sizes[:, None]
+    known = np.isfinite(apart)
+    off = np.where(known, apart, 0).sum(1) / np.maximum(known.sum(1), 1)
+    young = np.array([is_young(track, stamp_ns) for track in seen.tracks])
+    kept: list[int] = []
+    for index in np.lexsort((np.where(seen.new, -sureness(keypoints), off), young, seen.new)):
+        doubles[index] = same[index, kept].any()
+        if not doubles[index]:
+            kept.append(int(index))
+    keypoints[doubles] = np.nan
+    return doubles
+
+
+def part_marks(seen: Seen, keypoints: Array) -> Bools:
+    """
+    Blank a keypoint where another person has it too, and expected it nearer.
+
+    Whoever loses many that way is blanked altogether; return who that is (n,).
+    """
+    points = keypoints[..., :2]
+    apart = points[:, None] - points[None]
+    apart = np.hypot(apart[..., 0], apart[..., 1])
+    size = np.minimum(seen.sizes[:, None], seen.sizes[None])
+    np.einsum('iik->ik', apart)[...] = np.inf
+    first, second, keypoint = np.nonzero(apart < (_SAME_MARK * size)[..., None])
+    off = np.nan_to_num(np.hypot(*np.moveaxis(points - seen.expected, 2, 0)), nan=np.inf)
+    off = np.where(seen.new[:, None], np.inf, off)
+    loses = (off[first, keypoint] > off[second, keypoint]) | (
+        (off[first, keypoint] == off[second, keypoint]) & (first > second))
+    had = np.isfinite(points[..., 0]).sum(1)
+    keypoints[first[loses], keypoint[loses]] = np.nan
+    lost = had - np.isfinite(keypoints[..., 0]).sum(1)
+    doubles: Bools = lost > _MOST_LOST * had
+    keypoints[doubles] = np.nan
+    return doubles
