@@ -55,7 +55,7 @@ class Watchdog:
                 _FAULT, Level.ERROR,
                 f'results are dropped: {age_s:.2f} s have passed since the image was taken, more '
                 f'than max_age ({max_age_s:g} s). Use a smaller input_size, check that the '
-                "camera's clock is this machine's, or set max_age")
+                "camera's clock is this machine's, or set max_age (0 for a recording)")
             return Age.STALE
         self._monitor.count('results of unknown age')
         self._monitor.fault(

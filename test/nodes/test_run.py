@@ -27,6 +27,7 @@ pose_node:
 /**/depth_node:
   ros__parameters:
     estimator: shoulder
+    max_age: 0.0  # a busy machine is late
 """
 
 
