@@ -36,6 +36,14 @@ class AutopilotDouble:
                 self.send(dialect.MAVLink_timesync_message(
                     time.time_ns() - self.boot_ns, message.ts1))
 
+    def drain(self):
+        """Forget what has been heard, also what waits to be."""
+        before = -1
+        while len(self.heard) > before:
+            before = len(self.heard)
+            self.listen()
+        self.heard.clear()
+
     def listen_until(self, done, timeout_s=10.0):
         deadline = time.monotonic() + timeout_s
         while not done():

@@ -19,11 +19,13 @@ from depth_person.autopilot.mavlink_messages import Companion
 from depth_person.autopilot.mavlink_peer import Peer
 from depth_person.autopilot.mavlink_transport import parse_connection
 from depth_person.autopilot.scan import BINS, STEP
+from depth_person.autopilot.vehicle import CameraOnBody
 from depth_person.errors import DepthPersonError
 from depth_person.nodes.base import StageNode
 from depth_person.nodes.cloud_messages import decode_cloud, PERSON_POINT
 from depth_person.nodes.image_messages import stamp_ns
 from depth_person.nodes.monitor import Level
+from depth_person.nodes.mounting_input import MountingInput
 from depth_person.nodes.watchdog import Age, Watchdog
 from depth_person.settings.mavlink import MavlinkSettings
 from depth_person.settings.parameter import ParameterValue
@@ -61,6 +63,7 @@ class MavlinkNode(StageNode[MavlinkSettings]):
         if settings.obstacle_distance:
             self._listen_to('scan', LaserScan, self._on_scan)
         if settings.obstacle_distance_3d:
+            self._mounting = MountingInput(self, lambda: self.settings.inputs())
             self._listen_to('people', PointCloud2, self._on_people)
         if settings.follow_target:  # with nobody to follow there is none, which is no fault
             self._listen_to('target', PoseWithCovarianceStamped, self._on_target, optional=True)
@@ -95,9 +98,13 @@ class MavlinkNode(StageNode[MavlinkSettings]):
         self.monitor.clear('people')
         if not self._fit('people', message.header):
             return
+        camera = self._mounting.at(stamp_ns(message.header), message.header.frame_id).on_body
+        if camera is None:  # the mounting input says why
+            self.monitor.count('not sent')
+            return
         options = self.settings.scan_options()
         self._send('OBSTACLE_DISTANCE_3D', self._companion.obstacles_3d(
-            self._near_positions(people), boot_ms=self._boot_ms(message.header),
+            self._near_positions(people, camera), boot_ms=self._boot_ms(message.header),
             range_min=options.range_min, range_max=options.range_max))
 
     def _on_target(self, message: PoseWithCovarianceStamped) -> None:
@@ -122,10 +129,10 @@ class MavlinkNode(StageNode[MavlinkSettings]):
             sigma_vertical=math.sqrt(max(variance[2], 0.0)))])
 
     def _near_positions(
-        self, people: NDArray[np.void],
+        self, people: NDArray[np.void], camera: CameraOnBody,
     ) -> list[tuple[int, NDArray[np.float64]]]:
         """Return track ids and near bounds, forward, right, down, of those within the limit."""
-        options, camera = self.settings.scan_options(), self.settings.camera_on_body()
+        options = self.settings.scan_options()
         result = []
         for person in people[people['reason'] == 0]:
             distance = float(person['range'])

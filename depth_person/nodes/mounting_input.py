@@ -1,4 +1,4 @@
-"""The topics that tell of the vehicle's attitude, height and motion, for depth_node."""
+"""The topics that tell of the vehicle's attitude, height and motion."""
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -16,7 +16,7 @@ from depth_person.mounting.vehicle_inputs import VehicleInputs
 from depth_person.nodes.base import StageNode
 from depth_person.nodes.monitor import Level, Monitor
 from depth_person.nodes.qos import sensor_profile, transform_profile
-from depth_person.settings.depth import DepthSettings
+from depth_person.settings.inputs import InputSettings
 
 #: Name of an input and of its topic -> type, and the method that takes it.
 _TOPICS: dict[str, tuple[type, str]] = {
@@ -31,12 +31,16 @@ class MountingInput:
     """
     Subscribes to what the parameters ask for, and to nothing else.
 
-    :param node: depth_node, while it is being configured.
+    :param node: a node while it is being configured.
+    :param settings: returns what is in force; the node's own settings when not given.
     """
 
-    def __init__(self, node: StageNode[DepthSettings]) -> None:
+    def __init__(
+        self, node: StageNode[Any], settings: Callable[[], InputSettings] | None = None,
+    ) -> None:
         self._node = node
-        sources = node.settings.sources
+        self._settings = settings or (lambda: node.settings)
+        sources = self._settings().sources
         self._topics: dict[str, Subscription] = {}
         names = {name: node.resolve_topic_name(name) for name in _TOPICS}
         self._inputs = VehicleInputs(_MonitorReport(node.monitor), names)
@@ -51,7 +55,7 @@ class MountingInput:
         """Return what is known of the camera at the time of an image; frame_id is the image's."""
         for name, topic in self._topics.items():
             self._inputs.refuse(name, self._node.crowded(topic))
-        return self._tracker.at(stamp_ns, frame_id, self._node.settings)
+        return self._tracker.at(stamp_ns, frame_id, self._settings())
 
     def _listen(
         self, kind: type, topic: str, take: Callable[..., None], **options: Any,

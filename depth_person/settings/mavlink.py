@@ -1,10 +1,11 @@
 """The parameters of mavlink_node."""
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 from depth_person.autopilot.mavlink_transport import parse_connection
 from depth_person.errors import DepthPersonError
+from depth_person.settings.inputs import InputSettings
 from depth_person.settings.node import NodeSettings
 from depth_person.settings.parameter import parameter
 from depth_person.settings.vehicle import MountingSettings, ScanSettings
@@ -35,8 +36,8 @@ class MavlinkSettings(ScanSettings, MountingSettings, NodeSettings):
         False, 'Send OBSTACLE_DISTANCE_3D: each person in three dimensions. ArduPilot knows it, '
         'PX4 does not; on ArduPilot send one of the two only.')
     mounting: str = parameter(
-        'fixed', 'As for depth_node. OBSTACLE_DISTANCE_3D needs a camera that does not move on '
-        'the vehicle.', choices=('fixed', 'tf'))
+        'fixed', 'Where the camera is on the vehicle, as for depth_node; OBSTACLE_DISTANCE_3D '
+        'needs it.', choices=('fixed', 'tf'))
     follow_target: bool = parameter(
         False, 'Send FOLLOW_TARGET: person_depth/target on the Earth, by the position and '
         'attitude that the autopilot sends.')
@@ -47,11 +48,12 @@ class MavlinkSettings(ScanSettings, MountingSettings, NodeSettings):
     def __post_init__(self) -> None:
         self.scan_options()
         parse_connection(self.connection)
-        if self.obstacle_distance_3d and self.mounting != 'fixed':
-            raise DepthPersonError(
-                'obstacle_distance_3d takes a camera that does not move on the vehicle (mounting '
-                'fixed); send obstacle_distance, which knows of gimbals')
         if self.follow_system_id == self.system_id:
             raise DepthPersonError(
                 f'follow_system_id and system_id are both {self.system_id}; autopilots do not '
                 'follow themselves')
+
+    def inputs(self) -> InputSettings:
+        """Return what says where the camera is on the vehicle, and nothing else."""
+        return InputSettings(mounting=self.mounting, **{
+            each.name: getattr(self, each.name) for each in fields(MountingSettings)})

@@ -281,7 +281,6 @@ def test_a_connection_that_is_none(text):
 @pytest.mark.parametrize(('wrong', 'said'), [
     ({'connection': 'tcp:host:5760'}, 'is not of the form'),
     ({'follow_system_id': 1}, 'do not follow themselves'),
-    ({'mounting': 'tf', 'obstacle_distance_3d': True}, 'which knows of gimbals'),
     ({'scan_range_min': 5.0, 'scan_range_max': 4.0}, 'not within')])
 def test_settings_that_do_not_go_together(wrong, said):
     with pytest.raises(DepthPersonError, match=said):

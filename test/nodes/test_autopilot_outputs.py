@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from rclpy.qos import ReliabilityPolicy
 from sensor_msgs.msg import CameraInfo, Imu, LaserScan, PointCloud2, Range
+from std_msgs.msg import Header
 from test_depth_node import camera_info, FACE_TO_FACE, keypoints
 
 SCAN, NEAREST, TARGET = 'person_depth/scan', 'person_depth/nearest', 'person_depth/target'
@@ -173,17 +174,17 @@ def test_what_is_missing_or_wrong_is_named_and_silences_the_scan(domain):
     assert not harness.scans + harness.targets
     assert harness.nearest  # which needs neither
     domain.fault('depth_node', 'where the camera is on the vehicle is not known')
-    to_the_right = TransformStamped(header=cloud.header, child_frame_id='camera_optical_frame')
-    to_the_right.header.frame_id = 'base_link'
+    to_the_right = TransformStamped(
+        header=Header(stamp=cloud.header.stamp, frame_id='base_link'),
+        child_frame_id=cloud.header.frame_id)
     to_the_right.transform.rotation.y = math.sqrt(0.5)
     to_the_right.transform.rotation.z = -math.sqrt(0.5)
     to_the_right.transform.rotation.w = 0.0
     transforms.publish(to_the_right)
-    level = Imu(header=keypoints().header)
+    level = Imu(header=cloud.header)
     level.orientation.w = 0.0
     attitude.publish(level)
     domain.fault('depth_node', 'quaternion of length 0')
-    cloud = keypoints(FACE_TO_FACE)
     harness.send(cloud)
     assert harness.targets
     assert not harness.scans

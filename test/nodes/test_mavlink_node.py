@@ -2,12 +2,13 @@
 import time
 
 from autopilot_double import AutopilotDouble
-from geometry_msgs.msg import PoseWithCovarianceStamped
+from geometry_msgs.msg import PoseWithCovarianceStamped, TransformStamped
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
 import numpy as np
 import pytest
 from sensor_msgs.msg import LaserScan, PointCloud2
+from std_msgs.msg import Header
 
 from depth_person.distance.estimator import Distances
 from depth_person.distance.tracked import TrackedPeople
@@ -26,13 +27,16 @@ class Harness:
             'follow_target': True, 'camera_pitch': 30.0, 'scan_sigmas': 2.0, **parameters}
         words = [word for name, value in parameters.items() for word in ('-p', f'{name}:={value}')]
         self.program = domain.start('mavlink_node', '--ros-args', *words)
-        self.scan = domain.publisher(LaserScan, 'person_depth/scan')
-        self.people = domain.publisher(PointCloud2, 'person_depth/people')
-        self.target = domain.publisher(PoseWithCovarianceStamped, 'person_depth/target')
+        topics = {'scan': LaserScan, 'people': PointCloud2, 'target': PoseWithCovarianceStamped}
+        self.scan, self.people, self.target = (
+            domain.node.create_publisher(kind, f'person_depth/{name}', 10)
+            for name, kind in topics.items())
+        domain.spin_until(self.people.get_subscription_count)
+        domain.spin_for(0.5)
 
     def sent(self, publish, kind, wait_s=0.3):
         """Return the MAVLink messages of a kind that come while something is published."""
-        self.double.heard.clear()
+        self.double.drain()
         publish()
         deadline = time.monotonic() + wait_s
         while time.monotonic() < deadline:
@@ -127,6 +131,33 @@ def test_people_become_obstacles_in_the_bodys_frame(harness):
     assert (message.x, message.y, message.z) == pytest.approx((4.330, 0, 2.5), abs=1e-3)
     assert (message.obstacle_id, message.frame) == (7, 12)
     assert {each.obstacle_id for each in messages} == {7}  # 80 m is beyond the limit
+
+
+def test_without_a_mounting_no_obstacle_is_told_in_three_dimensions(domain):
+    double = AutopilotDouble(system_id=9)
+    harness = Harness(
+        domain, double, mounting='tf', system_id=9, obstacle_distance=False, follow_target=False)
+    transforms = domain.publisher(TransformStamped, 'transforms', 100)
+    cloud = people_at((0, 0, 6.0))
+    assert not harness.sent(lambda: harness.people.publish(cloud), 'OBSTACLE_DISTANCE_3D')
+    domain.fault('mavlink_node', 'the mounting is not known')
+
+    def tell():
+        cloud = people_at((0, 0, 6.0))
+        straight_down = TransformStamped(
+            header=Header(stamp=cloud.header.stamp, frame_id='base_link'),
+            child_frame_id=cloud.header.frame_id)
+        straight_down.transform.rotation.x = 0.5 ** 0.5
+        straight_down.transform.rotation.y = -0.5 ** 0.5
+        straight_down.transform.rotation.w = 0.0
+        transforms.publish(straight_down)
+        domain.spin_for(0.05)
+        harness.people.publish(cloud)
+
+    message = harness.sent_at_last(tell, 'OBSTACLE_DISTANCE_3D')[0]
+    assert message.get_srcSystem() == 9
+    assert (message.x, message.y, message.z) == pytest.approx((0, 0, 5.0), abs=1e-3)
+    double.close()
 
 
 def test_a_target_is_sent_once_the_vehicle_says_where_it_is(harness):
