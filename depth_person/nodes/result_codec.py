@@ -26,6 +26,7 @@ from depth_person.nodes.marker_messages import encode_markers
 from depth_person.nodes.monitor import Monitor
 from depth_person.nodes.qos import publisher_profile
 from depth_person.pose.people import People
+from depth_person.replay.cdr_gaps import GapCleaner
 from depth_person.replay.process import ResultTopic
 from depth_person.settings.depth import DepthSettings
 
@@ -44,7 +45,7 @@ class ResultCodec:
 
     def __init__(self, settings: DepthSettings, *, namespace: str = '/') -> None:
         self._namespace = namespace
-        self._types = jazzy_types()
+        self._cleaner = GapCleaner(jazzy_types())
         self._published: list[tuple[str, Any]] = []
         self.topics: dict[str, ResultTopic] = {}
         for name, msgtype in ((_KEYPOINTS, 'sensor_msgs/msg/PointCloud2'),
@@ -75,9 +76,7 @@ class ResultCodec:
 
     def _serialized(self, message: Any, msgtype: str) -> bytes:
         """Return a message's bytes, the same for the same message."""
-        # Fast CDR leaves whatever the memory held before in the gaps between fields.
-        fields = self._types.deserialize_cdr(serialize_message(message), msgtype)
-        return bytes(self._types.serialize_cdr(fields, msgtype))
+        return self._cleaner.clean(serialize_message(message), msgtype)
 
     def _add(self, name: str, msgtype: str) -> str:
         topic = self._namespace + name

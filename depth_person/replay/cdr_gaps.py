@@ -1,0 +1,148 @@
+"""Makes the bytes of serialised messages depend on nothing but the messages."""
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from typing import Any
+
+from rosbags.interfaces import Nodetype
+from rosbags.typesys.store import Typestore
+
+#: The encapsulation header, from whose end fields are aligned.
+_HEADER = 4
+_SIZES = {
+    'bool': 1, 'octet': 1, 'byte': 1, 'char': 1, 'int8': 1, 'uint8': 1, 'int16': 2, 'uint16': 2,
+    'int32': 4, 'uint32': 4, 'float32': 4, 'int64': 8, 'uint64': 8, 'float64': 8}
+_LONGEST = 8
+
+#: Clears the gaps of one field that begins at an offset; returns the offset behind it.
+Walk = Callable[[bytearray, int], int]
+
+
+class GapCleaner:
+    """
+    Clears the gaps that CDR leaves between fields so that they are aligned.
+
+    Fast CDR leaves in them whatever the memory held before.
+    """
+
+    def __init__(self, types: Typestore) -> None:
+        self._types = types
+        self._walks: dict[str, Walk] = {}
+
+    def clean(self, data: bytes, msgtype: str) -> bytes:
+        """Return a serialised message (plain CDR, little endian) with zeros in its gaps."""
+        if msgtype not in self._walks:
+            self._walks[msgtype] = _sequence(self._fields(msgtype))
+        cleaned = bytearray(data)
+        self._walks[msgtype](cleaned, _HEADER)
+        return bytes(cleaned)
+
+    def _fields(self, msgtype: str) -> list[_Run | Walk]:
+        """Return the fields of a type and of what it is made of, those of fixed size joined."""
+        parts: list[_Run | Walk] = []
+        for _, (kind, detail) in self._types.fielddefs[msgtype][1]:
+            for part in self._parts(kind, detail):
+                if isinstance(part, _Run) and parts and isinstance(parts[-1], _Run):
+                    parts[-1] = parts[-1].then(part)
+                else:
+                    parts.append(part)
+        return parts
+
+    def _parts(self, kind: Nodetype, detail: Any) -> list[_Run | Walk]:
+        if kind == Nodetype.NAME:
+            return self._fields(detail)
+        if kind == Nodetype.BASE:
+            name = detail[0]
+            return [_string if name == 'string' else _Run((_SIZES[name],))]
+        (item_kind, item_detail), length = detail
+        item = self._parts(item_kind, item_detail)
+        if kind == Nodetype.ARRAY:
+            return item * length
+        return [_list_of(item)]
+
+
+class _Run:
+    """
+    Fields of fixed sizes in a row.
+
+    :param sizes: of the fields, bytes, each its own alignment.
+    """
+
+    def __init__(self, sizes: tuple[int, ...]) -> None:
+        self.sizes = sizes
+        # By the offset at which the run begins, up to multiples of the longest alignment.
+        self._gaps, self._lengths = zip(
+            *(_layout(sizes, phase) for phase in range(_LONGEST)), strict=True)
+
+    def then(self, other: _Run) -> _Run:
+        """Return this run with another behind it."""
+        return _Run(self.sizes + other.sizes)
+
+    @property
+    def whole(self) -> bool:
+        """Whether one run directly behind another leaves no gap, once the first is aligned."""
+        return len(set(self.sizes)) == 1
+
+    def __call__(self, data: bytearray, offset: int) -> int:
+        """Clear the gaps of the run that begins at an offset; return the offset behind it."""
+        phase = (offset - _HEADER) % _LONGEST
+        for start, end in self._gaps[phase]:
+            data[offset + start:offset + end] = bytes(end - start)
+        return offset + self._lengths[phase]
+
+
+def _layout(sizes: Iterable[int], phase: int) -> tuple[list[tuple[int, int]], int]:
+    """Return the gaps between fields that begin at an offset, and where they end."""
+    gaps = []
+    position = phase
+    for size in sizes:
+        aligned = -(-position // size) * size
+        if aligned > position:
+            gaps.append((position - phase, aligned - phase))
+        position = aligned + size
+    return gaps, position - phase
+
+
+_COUNT = _Run((4,))
+
+
+def _count(data: bytearray, offset: int) -> tuple[int, int]:
+    """Return the number at an offset, and the offset behind it."""
+    end = _COUNT(data, offset)
+    return int.from_bytes(data[end - 4:end], 'little'), end
+
+
+def _string(data: bytearray, offset: int) -> int:
+    length, offset = _count(data, offset)
+    return offset + length
+
+
+def _list_of(item: list[_Run | Walk]) -> Walk:
+    only = item[0] if len(item) == 1 else None
+    if isinstance(only, _Run) and only.whole:
+        return _numbers(only)
+    walk = _sequence(item)
+
+    def walk_list(data: bytearray, offset: int) -> int:
+        count, offset = _count(data, offset)
+        for _ in range(count):
+            offset = walk(data, offset)
+        return offset
+    return walk_list
+
+
+def _numbers(item: _Run) -> Walk:
+    size = sum(item.sizes)
+
+    def walk_numbers(data: bytearray, offset: int) -> int:
+        count, offset = _count(data, offset)
+        return item(data, offset) + (count - 1) * size if count else offset
+    return walk_numbers
+
+
+def _sequence(parts: list[_Run | Walk]) -> Walk:
+    def walk_parts(data: bytearray, offset: int) -> int:
+        for part in parts:
+            offset = part(data, offset)
+        return offset
+    return walk_parts
