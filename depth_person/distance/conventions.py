@@ -151,6 +151,9 @@ CONVENTIONS: Mapping[str, Convention] = {
             shoulder_width=-0.007, shoulder_drop=-0.012, hip_width=0.047, hip_drop=-0.057,
             ankle_drop=-0.068),
         pixel_sigma=1.5, body_sigma=0.02, usual_score=0.65, score_power=1.0, sigma_scale=1.35),
+    'openpose': Convention(
+        Placement(shoulder_width=-0.18, hip_drop=-0.018, ankle_drop=-0.06),
+        pixel_sigma=1.5, body_sigma=0.03, usual_score=0.65, score_power=1.0, sigma_scale=1.35),
     'pifpaf': Convention(
         Placement(
             shoulder_width=-0.05, hip_width=0.04, face_size=0.08, face_drop=0.02,

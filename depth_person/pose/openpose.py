@@ -104,7 +104,7 @@ class OpenPose:
     The neck is a keypoint of its own, marked as such in training.
     """
 
-    convention = 'coco'
+    convention = 'openpose'
     neck_measured = True
 
     def __init__(self, graph: Graph, heads: Heads, options: PoseOptions) -> None:

@@ -28,7 +28,8 @@ class DepthSettings(ScanSettings, InputSettings, NodeSettings):
         'skeleton', 'How a range is computed.', choices=ESTIMATORS, read_only=False)
     convention: str = parameter(
         'movenet_crops', 'Where the pose network marks keypoints: `movenet_crops` for MoveNet '
-        'with a refiner, `coco` for a network that nobody has measured.',
+        'with a refiner, `openpose` for networks with part-affinity fields, `coco` for one that '
+        'nobody has measured.',
         choices=tuple(CONVENTIONS))
     shoulder_width: float = parameter(
         0.35, 'Between the shoulder keypoints, metres; `skeleton` takes it only where '

@@ -167,7 +167,7 @@ def test_two_overlapping_people_come_in_raw_pixels_from_every_form_of_output(
     raw = [2 * (STRIDE * person + 3.5) + 0.5 for person in drawn]
     assert_same_people(found[..., :2], raw, atol=0.5 * 2 * STRIDE)
     assert network.neck_measured
-    assert network.convention == 'coco'
+    assert network.convention == 'openpose'
     assert found.dtype == np.float32
     assert np.nanmax(found[..., 2]) <= 1
 
