@@ -7,6 +7,7 @@ Measures camera_node on streams of this machine: latency, coming back after a lo
 
 FFmpeg (of the PyPI package imageio-ffmpeg) encodes the test pattern, whose frames carry a number,
 with x264; camera_node reads them in a process of its own, and this one subscribes to image_raw.
+V4L2 is v4l2_double.c (needs cc), which is loaded into camera_node and stands for a driver.
 Latency is from the drawing of a frame to its arrival here: encoding, transport, decoding and DDS.
 CPU is what camera_node takes of one core for a frame that it publishes.
 """
@@ -35,6 +36,8 @@ from depth_person.nodes.image_messages import decode_image
 from depth_person.settings.camera import parse_size
 
 FFMPEG = imageio_ffmpeg.get_ffmpeg_exe()
+#: A character device that every Linux has; the double takes its place.
+V4L2_DEVICE = '/dev/full'
 #: Frames of the start are left out of what is measured.
 SETTLE_S = 3.0
 
@@ -46,12 +49,13 @@ class CameraProcess:
     :ivar received: number (None if unreadable), time of arrival and stamp of each image, ns.
     """
 
-    def __init__(self, source, **parameters):
+    def __init__(self, source, environment=None, **parameters):
         words = [word for name, value in {'source': source, **parameters}.items()
                  for word in ('-p', f'{name}:={value}')]
         program = Path(sys.executable).parent / 'camera_node'
         self._process = subprocess.Popen(
-            [program, '--ros-args', '--log-level', 'fatal', *words])
+            [program, '--ros-args', '--log-level', 'fatal', *words],
+            env={**os.environ, **(environment or {})})
         self.received = []
         self._node = rclpy.create_node('camera_latency')
         self._node.create_subscription(Image, 'image_raw', self._receive, 1)
@@ -108,6 +112,9 @@ def latency(args):
                 print(f'| {kind} | {_row(camera, args.seconds, stream.sender.sent_ns)}',
                       flush=True)
         width, height = args.size
+        with CameraProcess(V4L2_DEVICE, environment=_v4l2_double(folder), fps=float(args.fps),
+                           size=f'{width}x{height}') as camera:
+            print(f'| V4L2 | {_row(camera, args.seconds, None)}', flush=True)
         video = Path(folder) / 'pattern.mp4'
         _write_video(video, args)
         for name, source in (('video file', str(video)),
@@ -133,6 +140,14 @@ def _row(camera, seconds, sent_ns):
     return (f'{np.median(late_ms):.0f} ({np.percentile(late_ms, 95):.0f}) | '
             f'{np.median(error_ms):.0f} ({spread_ms:.0f}) | {cpu_ms:.1f} | '
             f'{len(camera.received) / seconds:.1f} |')
+
+
+def _v4l2_double(folder):
+    """Build the double of a driver; return the environment that puts it into a program."""
+    library = Path(folder) / 'v4l2_double.so'
+    source = Path(__file__).with_name('v4l2_double.c')
+    subprocess.run(['cc', '-shared', '-fPIC', '-O1', '-o', library, source, '-ldl'], check=True)
+    return {'LD_PRELOAD': str(library), 'V4L2_DOUBLE': V4L2_DEVICE}
 
 
 def _write_video(path, args):
@@ -188,11 +203,16 @@ def soak(args):
                   f'{np.median(late_ms):6.0f} ({np.percentile(late_ms, 95):.0f})  '
                   f'{rows[-1][2]:.1f}', flush=True)
     minutes, late_ms, memory_mb = np.array(rows).T
+    second = slice(len(minutes) // 2, None)
     for name, unit, values in (('latency', 'ms', late_ms), ('memory', 'MB', memory_mb)):
-        half = values[len(values) // 2:]
-        slope, _ = np.polyfit(minutes[len(values) // 2:], half, 1)
         print(f'{name}: {values[0]:.1f} {unit} at first, {values[-1]:.1f} at last, '
-              f'{slope:+.3f} {unit} a minute in the second half')
+              f'{_slope(minutes[second], values[second]):+.3f} {unit} a minute in the second half')
+
+
+def _slope(x, y):
+    """Return the median slope between all pairs of points (Theil and Sen): spikes do not count."""
+    earlier, later = np.triu_indices(len(x), 1)
+    return np.median((y[later] - y[earlier]) / (x[later] - x[earlier]))
 
 
 def main():
