@@ -85,6 +85,12 @@ class AutopilotOutputs:
                 'vehicle is not known')
             return
         self._publish_target(tracked, image_header, intrinsics, camera)
+        self._publish_scan(tracked, image_header, intrinsics, mounting, camera)
+
+    def _publish_scan(
+        self, tracked: TrackedPeople, image_header: Header, intrinsics: Intrinsics,
+        mounting: Mounting, camera: CameraOnBody,
+    ) -> None:
         settings = self._node.settings
         if mounting.gravity is None and settings.attitude != 'unknown':
             self._withhold(
@@ -101,6 +107,9 @@ class AutopilotOutputs:
             scan(tracked, intrinsics, view, options), image_header,
             frame_id=f'{settings.base_frame}_frd', options=options))
         self._node.monitor.count('scans')
+        self._node.monitor.value(
+            'scan frame', 'vehicle taken for level' if mounting.gravity is None else
+            'level by attitude')
         self._scans += 1
 
     def _withhold(self, reason: str) -> None:

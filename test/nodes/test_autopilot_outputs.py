@@ -79,6 +79,11 @@ def test_one_image_gives_one_of_each_with_its_stamp(harness):
     assert (position.x, position.y, position.z) == pytest.approx((3.5, 0, 0), abs=0.05)
 
 
+def test_it_says_that_the_vehicle_is_taken_for_level(harness):
+    harness.domain.status('depth_node', lambda status: 'vehicle taken for level' in [
+        pair.value for pair in status.values if pair.key == 'scan frame'])
+
+
 def test_the_scan_is_reliable(harness):
     info, = harness.domain.node.get_publishers_info_by_topic(f'/{SCAN}')
     assert info.qos_profile.reliability == ReliabilityPolicy.RELIABLE
