@@ -30,6 +30,8 @@ class BagSource(Source):
     :raises DepthPersonError: when the bag has no such images, or several topics of them.
     """
 
+    recorded = True
+
     def __init__(
         self, path: Path, *, frame_id: str, image_topic: str | None = None, loop: bool = False,
     ) -> None:

@@ -23,11 +23,13 @@ class Source(Closing):
 
     :ivar live: whether the camera sets the pace. If not, frames come as fast as they are read, and
         whoever reads paces them by their stamps.
+    :ivar recorded: whether stamps are those of a recording, not counted from the time of opening.
     :ivar description: what is read, for messages; holds no password.
     :ivar dropped: frames of a live source that came and were never read.
     """
 
     live: bool = False
+    recorded: bool = False
     description: str
     dropped: int = 0
 

@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 import threading
 
 from depth_person.camera.frame import Frame
@@ -10,6 +11,9 @@ from depth_person.errors import DepthPersonError
 from depth_person.nodes.monitor import Level, Monitor
 from depth_person.nodes.pacer import Pacer
 
+#: A file that is read more slowly than it was filmed goes on from now when it is later than this,
+#: seconds, with stamps to match: old stamps would be taken for old frames.
+LATEST_S = 0.2
 _FIRST_DELAY_S = 0.5
 _LONGEST_DELAY_S = 8.0
 
@@ -32,7 +36,10 @@ class FrameReader:
         self._live = live
         self._monitor = monitor
         self._stopping = stopping
-        self._pacer = Pacer(stopping, on_clock)
+        self._own_clock = on_clock is not None
+        self._pacer = (
+            Pacer(stopping, on_clock) if self._own_clock
+            else Pacer(stopping, None, latest_s=LATEST_S))
         self._source: Source | None = None
 
     def frames(self) -> Iterator[Frame]:
@@ -56,7 +63,7 @@ class FrameReader:
                         if source.live:
                             self._monitor.value('dropped frames', str(source.dropped))
                         else:
-                            self._pacer.wait(frame.stamp_ns)
+                            frame = self._in_time(frame, source)
                         if self._stopping.is_set():
                             return
                         yield frame
@@ -73,6 +80,13 @@ class FrameReader:
                     'source', Level.ERROR, f'{error}; trying again in {delay_s:g} s')
             self._stopping.wait(delay_s)
             delay_s = min(2 * delay_s, _LONGEST_DELAY_S)
+
+    def _in_time(self, frame: Frame, source: Source) -> Frame:
+        """Return a frame when it is due, with the stamp of that time unless it is recorded."""
+        self._pacer.wait(frame.stamp_ns)
+        if source.recorded or self._own_clock or not self._pacer.lost_s:
+            return frame
+        return replace(frame, stamp_ns=frame.stamp_ns + round(self._pacer.lost_s * 1e9))
 
     def interrupt(self) -> None:
         """End the wait for the next frame, from another thread."""

@@ -61,6 +61,34 @@ class Harness:
         return [frame.stamp_ns / MILLISECOND for frame in self.reader.frames()]
 
 
+class SlowSource(ListSource):
+    """Frames that take longer to be read than lies between their stamps."""
+
+    def read(self):
+        time.sleep(0.15)
+        return super().read()
+
+
+@pytest.mark.parametrize(('recorded', 'clock'), [(False, False), (True, False), (False, True)])
+def test_a_file_that_is_read_too_slowly_gets_stamps_of_now_unless_it_brings_its_own(
+        recorded, clock):
+    source = SlowSource(range(0, 500, 50))
+    source.recorded = recorded
+    harness = Harness(source, live=False)
+    reader = FrameReader(
+        harness._open, live=False, monitor=harness.monitor, stopping=harness.stopping,
+        on_clock=harness.clocks_ms.append if clock else None)
+    late_s, first_s = [], None
+    for frame in reader.frames():
+        first_s = first_s or time.monotonic() - frame.stamp_ns * 1e-9
+        late_s.append(time.monotonic() - first_s - frame.stamp_ns * 1e-9)
+    assert len(late_s) == 10
+    if recorded or clock:
+        assert late_s[-1] > 0.8
+    else:
+        assert max(late_s) < 0.4
+
+
 @pytest.fixture
 def quick(monkeypatch):
     """Make the reader try again a hundred times sooner; return the waits it takes."""
