@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from depth_person.distance.scale import BODY_SPREAD, ErrorShares, VIEW_TIME_S
+from depth_person.distance.scale import ErrorShares, VIEW_TIME_S
 
 _Array = NDArray[np.float64]
 
@@ -15,10 +15,6 @@ POSITION, VELOCITY, BODY, VIEW = slice(0, 3), slice(3, 6), 6, 7
 N_STATES = 8
 #: A measurement less likely than one in a thousand (chi-square, 3 degrees) is an outlier.
 GATE = 16.27
-#: How far aside the neck is marked, metres: of a whole person, and times the logarithmic spread
-#: of range, since keypoints that tell little of the size tell little of the neck.
-ACROSS = 0.03
-ACROSS_OF_SPREAD = 0.5
 # Nearer than this, metres, the geometry is that of this range.
 _NEAREST = 0.2
 
@@ -55,7 +51,7 @@ class States:
     What is known of n people.
 
     A state is position and velocity (3 each, of one frame), the person's body error and the
-    view's error: what scale.ErrorShares has the logarithm of a measured range off by.
+    view's error, both in spreads of scale.ErrorShares.
 
     :ivar mean: (n, 8).
     :ivar covariance: (n, 8, 8).
@@ -112,9 +108,7 @@ class States:
         covariance[:, VIEW, VIEW] += 1 - memory ** 2
         return States(self.mean @ step.T, covariance)
 
-    def updated(
-        self, measured: _Array, log_sigma: _Array, usual: _Array, origin: _Array,
-    ) -> Update:
+    def updated(self, measured: _Array, shares: ErrorShares, origin: _Array) -> Update:
         """
         Return what measurements make of the states, and how far off they are.
 
@@ -122,11 +116,9 @@ class States:
         in the state where it is; the covariance is Joseph's form, symmetric and positive.
 
         :param measured: (n, 3) positions in the states' frame.
-        :param log_sigma: (n,) the spread of their ranges over these.
-        :param usual: (n,) what that was in the frames before.
+        :param shares: what their errors are made up of.
         :param origin: (3,) where the camera is.
         """
-        shares = ErrorShares.of(log_sigma, usual)
         away, seen = self.mean[:, POSITION] - origin, measured - origin
         near = np.maximum(_length(away), _NEAREST)
         axes = _axes(_unit(away))
@@ -138,7 +130,7 @@ class States:
         slope[:, 0, BODY], slope[:, 0, VIEW] = shares.body, shares.view
         noise = np.zeros((len(near), 3, 3))
         noise[:, 0, 0] = shares.noise ** 2
-        noise[:, 1, 1] = noise[:, 2, 2] = (across_sigma(log_sigma) / near) ** 2
+        noise[:, 1, 1] = noise[:, 2, 2] = (shares.across / near) ** 2
         projected = slope @ self.covariance
         spread = projected @ slope.transpose(0, 2, 1) + noise
         solved = np.linalg.solve(
@@ -172,38 +164,31 @@ class Update:
 
 
 def started(
-    measured: _Array, log_sigma: _Array, origin: _Array, motion: Motion,
+    measured: _Array, shares: ErrorShares, origin: _Array, motion: Motion,
 ) -> States:
     """
     Return the states of people of whom one measurement is known.
 
     :param measured: (n, 3) positions.
-    :param log_sigma: (n,) the spread of their ranges over these.
+    :param shares: what their errors are made up of.
     :param origin: (3,) where the camera is.
     """
     n = len(measured)
-    shares = ErrorShares.of(log_sigma, log_sigma)
     away = measured - origin
     ray = _unit(away)
     mean = np.zeros((n, N_STATES))
     mean[:, POSITION] = measured
-    prior = np.array([BODY_SPREAD ** 2, 1.0])
     errors = np.stack([shares.body, shares.view], axis=-1)
     along = ray[:, :, None] * ray[:, None]
     covariance = np.zeros((n, N_STATES, N_STATES))
     covariance[:, POSITION, POSITION] = (
         (shares.variance * _length(away) ** 2)[:, None, None] * along
-        + (across_sigma(log_sigma) ** 2)[:, None, None] * (np.eye(3) - along))
-    covariance[:, POSITION, BODY:] = -away[:, :, None] * (errors * prior)[:, None]
+        + (shares.across ** 2)[:, None, None] * (np.eye(3) - along))
+    covariance[:, POSITION, BODY:] = -away[:, :, None] * errors[:, None]
     covariance[:, BODY:, POSITION] = covariance[:, POSITION, BODY:].transpose(0, 2, 1)
     covariance[:, VELOCITY, VELOCITY] = motion.velocities(away)
-    covariance[:, BODY, BODY], covariance[:, VIEW, VIEW] = prior
+    covariance[:, BODY, BODY] = covariance[:, VIEW, VIEW] = 1.0
     return States(mean, covariance)
-
-
-def across_sigma(log_sigma: _Array) -> _Array:
-    """Return (n,) how far aside of its view ray the neck may be, metres."""
-    return np.hypot(ACROSS, ACROSS_OF_SPREAD * log_sigma)
 
 
 def _covariances(away: _Array, each_way: float, turning: float) -> _Array:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from depth_person.distance.contact import time_to_contact
 from depth_person.distance.estimator import Cue, Distances, Reason
 from depth_person.distance.filtering import Motion, POSITION, States, VELOCITY
+from depth_person.distance.scale import BODY_SPREAD
 from depth_person.distance.tracked import CameraPose, TrackedPeople
 from depth_person.distance.tracks import missing, Sightings, Tracks
 from depth_person.errors import DepthPersonError
@@ -43,12 +44,14 @@ class FilterOptions:
     :ivar person_acceleration: by how much people's velocities change: the square root of the
         intensity of a white acceleration, m/s^2 by the root of a second.
     :ivar camera_acceleration: likewise the camera's, where its pose is not known.
+    :ivar body_spread: spread of the logarithm of range that people's builds give; see scale.
     :raises DepthPersonError: when a value is out of its range.
     """
 
     prediction_time: float = 1.0
     person_acceleration: float = 0.6
     camera_acceleration: float = 0.3
+    body_spread: float = BODY_SPREAD
 
     def __post_init__(self) -> None:
         if not 0 <= self.prediction_time < np.inf:
@@ -94,10 +97,12 @@ class PeopleFilter:
             return TrackedPeople.unfiltered(people, measured)
         self._advance(stamp_ns, camera_pose)
         pose = self._camera
-        known = measured.known & (measured.range_sigma > 0) & _single(people.track_ids)
+        known = (measured.known & (measured.range_sigma > 0) & np.isfinite(measured.range_sigma)
+                 & _single(people.track_ids))
         seen = Sightings(
             people.track_ids[known], measured.position[known] @ pose.rotation.T + pose.position,
-            measured.range_sigma[known] / measured.range[known], pose.position, stamp_ns)
+            measured.range_sigma[known] / measured.range[known], pose.position, stamp_ns,
+            self._options.body_spread)
         self._tracks = self._tracks.seen(
             seen, people.track_ids, self._motion(self._pose is not None))
         return self._result(people, measured, stamp_ns)

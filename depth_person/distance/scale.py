@@ -6,17 +6,25 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from depth_person.distance.estimator import Body
+from depth_person.distance.shoulder import ShoulderEstimator
+
 _Array = NDArray[np.float64]
 
-#: Spread of the logarithm of range that a person's build gives in every frame alike: 0.03 to
-#: 0.05 over views and gaps, of the same sign in all of them.
+#: Spread of the logarithm of range that a person's build gives in every frame alike, of the same
+#: sign in all views: of adults, and where people may be children.
 BODY_SPREAD = 0.038
+CHILDREN_SPREAD = 0.13
 #: Of the variance left, this part stays while the view does: pose, gaps, the network's habits.
 VIEW_SHARE = 0.3
 #: How long it does, seconds.
 VIEW_TIME_S = 0.5
 #: What is left is at least this part of a frame's sigma.
 LEAST_REST = 0.5
+#: How far aside the neck is marked, metres: of a whole person, and times the logarithmic spread
+#: of range, since keypoints that tell little of the size tell little of the neck.
+ACROSS = 0.03
+ACROSS_OF_SPREAD = 0.5
 #: A track's usual sigma is the average over about so long, seconds, unless the view changes: when
 #: a frame's is so many times larger or smaller.
 USUAL_S = 2.0
@@ -28,17 +36,21 @@ class ErrorShares:
     """
     How the errors of n measured ranges, as logarithms, are made up.
 
-    :ivar body: (n,) times the person's own error, which is of BODY_SPREAD.
-    :ivar view: (n,) times the view's error, which is of spread 1.
+    :ivar body: (n,) spread of the person's own error.
+    :ivar view: (n,) spread of the view's.
     :ivar noise: (n,) spread of what is new in each frame.
+    :ivar across: (n,) spread of the neck aside of its view ray, metres.
     """
 
     body: _Array
     view: _Array
     noise: _Array
+    across: _Array
 
     @classmethod
-    def of(cls, log_sigma: _Array, usual: _Array) -> ErrorShares:
+    def of(
+        cls, log_sigma: _Array, usual: _Array, body_spread: float = BODY_SPREAD,
+    ) -> ErrorShares:
         """
         Return the shares in errors of these spreads (n,), range_sigma over range.
 
@@ -46,13 +58,15 @@ class ErrorShares:
         frame's own error: a filter that took it would learn bodies from noise.
 
         :param usual: (n,) spreads of the frames before.
+        :param body_spread: of people's own errors.
         """
-        body = np.minimum(usual, BODY_SPREAD)
+        body = np.minimum(usual, body_spread)
         rest = np.maximum(usual ** 2 - body ** 2, (LEAST_REST * usual) ** 2)
         view = VIEW_SHARE * rest
         noise = np.maximum(log_sigma ** 2 - body ** 2 - view,
                            (1 - VIEW_SHARE) * (LEAST_REST * log_sigma) ** 2)
-        return cls(body / BODY_SPREAD, np.sqrt(view), np.sqrt(noise))
+        return cls(body, np.sqrt(view), np.sqrt(noise),
+                   np.hypot(ACROSS, ACROSS_OF_SPREAD * log_sigma))
 
     @staticmethod
     def usual(before: _Array, log_sigma: _Array) -> _Array:
@@ -71,4 +85,11 @@ class ErrorShares:
     @property
     def variance(self) -> _Array:
         """(n,) of the whole error."""
-        return (BODY_SPREAD * self.body) ** 2 + self.view ** 2 + self.noise ** 2
+        return self.body ** 2 + self.view ** 2 + self.noise ** 2
+
+
+def body_spread(estimator: str, body: Body) -> float:
+    """Return the spread of people's own errors, by a name of estimators.ESTIMATORS."""
+    if estimator == ShoulderEstimator.name:
+        return body.shoulder_width_sigma
+    return CHILDREN_SPREAD if body.children else BODY_SPREAD

@@ -9,6 +9,7 @@ from depth_person.camera.intrinsics import Intrinsics
 from depth_person.distance.estimator import Body, Distances, Mounting, Reason
 from depth_person.distance.estimators import ESTIMATORS, make_estimator
 from depth_person.distance.following import FilterOptions, PeopleFilter
+from depth_person.distance.scale import body_spread
 from depth_person.distance.tracked import CameraPose, TrackedPeople
 from depth_person.errors import DepthPersonError
 from depth_person.pose.people import People
@@ -48,7 +49,8 @@ class DistanceStage:
         self.options = options
         self._estimator = make_estimator(options.estimator, body=options.body)
         self._max_range = options.max_range
-        self._filter = None if options.filter is None else PeopleFilter(options.filter)
+        self._filter = None if options.filter is None else PeopleFilter(replace(
+            options.filter, body_spread=body_spread(options.estimator, options.body)))
 
     def measure(
         self, people: People, intrinsics: Intrinsics | None, mounting: Mounting = Mounting(), *,

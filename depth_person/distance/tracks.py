@@ -27,6 +27,7 @@ class Sightings:
     :ivar spreads: (n,) range_sigma over range.
     :ivar origin: (3,) where the camera is.
     :ivar stamp_ns: when.
+    :ivar body_spread: of people's own errors.
     """
 
     ids: NDArray[np.int32]
@@ -34,6 +35,7 @@ class Sightings:
     spreads: _Array
     origin: _Array
     stamp_ns: int
+    body_spread: float
 
     def take(self, rows: _Rows | NDArray[np.bool_]) -> Sightings:
         """Return the sightings of these rows."""
@@ -45,7 +47,12 @@ class Sightings:
         return Tracks(
             self.ids, np.full(len(self.ids), self.stamp_ns, np.int64),
             np.zeros(len(self.ids), np.int64), self.spreads,
-            started(self.places, self.spreads, self.origin, motion))
+            started(self.places, self.shares(self.spreads), self.origin, motion))
+
+    def shares(self, usual: _Array) -> ErrorShares:
+        """Return what the errors are made up of, for tracks of these usual spreads (n,)."""
+        return ErrorShares.of(
+            self.spreads, ErrorShares.usual(usual, self.spreads), self.body_spread)
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +77,7 @@ class Tracks:
     def none(cls) -> Tracks:
         """Return nobody."""
         return Sightings(
-            np.empty(0, np.int32), np.empty((0, 3)), np.empty(0), np.zeros(3), 0,
+            np.empty(0, np.int32), np.empty((0, 3)), np.empty(0), np.zeros(3), 0, 0.0,
         ).begun(Motion(speed=0.0, acceleration=0.0))
 
     def take(self, rows: _Rows | NDArray[np.bool_]) -> Tracks:
@@ -112,8 +119,7 @@ class Tracks:
     def _updated(self, rows: _Rows, seen: Sightings, motion: Motion) -> Tracks:
         """Return the tracks after sightings of these rows."""
         update = self.states.take(rows).updated(
-            seen.places, seen.spreads, ErrorShares.usual(self.usual[rows], seen.spreads),
-            seen.origin)
+            seen.places, seen.shares(self.usual[rows]), seen.origin)
         waited_s = (seen.stamp_ns - self.measured_ns[rows]) * _NS
         again = ~update.likely & (self.outliers[rows] + 1 >= OUTLIERS) & (waited_s >= OUTLIERS_S)
         states = self.states.put(rows[update.likely], update.states.take(update.likely))
@@ -135,8 +141,9 @@ class Tracks:
         if not (lost.size and new.size):
             return self
         row, found = (each.ravel() for each in np.meshgrid(lost, new))
+        pairs = seen.take(found)
         update = self.states.take(row).updated(
-            seen.places[found], seen.spreads[found], self.usual[row], seen.origin)
+            pairs.places, pairs.shares(self.usual[row]), pairs.origin)
         ids = self.ids.copy()
         for pair in np.argsort(update.off)[:update.likely.sum()]:
             if ids[row[pair]] == self.ids[row[pair]] and seen.ids[found[pair]] not in ids:

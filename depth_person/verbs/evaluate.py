@@ -14,6 +14,7 @@ from tqdm import tqdm
 from depth_person.distance.estimator import Body
 from depth_person.distance.estimators import ESTIMATORS, make_estimator
 from depth_person.distance.following import FilterOptions
+from depth_person.distance.scale import body_spread
 from depth_person.errors import DepthPersonError
 from depth_person.replay.dataset import Fault
 from depth_person.replay.evaluate import Evaluation, Sample
@@ -102,7 +103,9 @@ def main(args: argparse.Namespace) -> int:
     dataset = read_dataset(args.folder)
     evaluation = Evaluation(
         _source(args), make_estimator(args.estimator, body=body),
-        use_mounting=args.mounting == 'truth', follow=FilterOptions() if args.filter else None)
+        use_mounting=args.mounting == 'truth',
+        follow=FilterOptions(body_spread=body_spread(args.estimator, body))
+        if args.filter else None)
     clips = dataset.clips[:args.limit]
     frames = tqdm(
         evaluation.run(clips), total=sum(map(len, clips)), unit='frame', disable=None)

@@ -5,11 +5,16 @@ import numpy as np
 import pytest
 
 from depth_person.distance.contact import time_to_contact
+from depth_person.distance.estimator import Body
 from depth_person.distance.filtering import Motion, N_STATES, POSITION, started, States, VELOCITY
-from depth_person.distance.scale import BODY_SPREAD, ErrorShares
+from depth_person.distance.scale import (
+    BODY_SPREAD,
+    body_spread,
+    CHILDREN_SPREAD,
+    ErrorShares,
+)
 
 ORIGIN, SAME = np.zeros(3), np.eye(3)
-USUAL = np.array([0.05])
 MOTION = Motion(speed=1.0, acceleration=0.4, turn_rate=0.5, turn_acceleration=1.0)
 places = st.tuples(st.floats(-5, 5), st.floats(-3, 3), st.floats(0.5, 40))
 spreads = st.floats(0.01, 0.4)
@@ -28,16 +33,20 @@ def rotation(a, b, c):
     return turn(0, a) @ turn(1, b) @ turn(2, c)
 
 
+def shares_of(spread):
+    return ErrorShares.of(np.array([spread]), np.array([spread]))
+
+
 def followed(rows, *, turn=SAME, shift=ORIGIN, always=False):
     """Return the states after sightings, in a frame that is turned and shifted."""
     states = None
     for elapsed, place, spread in rows:
-        place, spread = np.array([place]) @ turn.T + shift, np.array([spread])
+        place, shares = np.array([place]) @ turn.T + shift, shares_of(spread)
         if states is None:
-            states = started(place, spread, shift, MOTION)
+            states = started(place, shares, shift, MOTION)
             continue
         states = states.predicted(elapsed, MOTION, shift)
-        update = states.updated(place, spread, USUAL, shift)
+        update = states.updated(place, shares, shift)
         if always or update.likely[0]:
             states = update.states
     return states
@@ -80,9 +89,9 @@ def test_one_long_step_is_many_short_ones(elapsed, parts, rows):
 
 @given(st.floats(0.005, 0.5))
 def test_the_shares_of_an_error_make_up_about_its_spread(spread):
-    shares = ErrorShares.of(np.array([spread]), np.array([spread]))
+    shares = shares_of(spread)
     assert 0.999 * spread <= np.sqrt(shares.variance[0]) <= 1.13 * spread
-    assert BODY_SPREAD * shares.body[0] <= spread
+    assert shares.body[0] == min(spread, BODY_SPREAD)
 
 
 @given(st.floats(0.01, 0.3), st.floats(-0.1, 0.1))
@@ -100,7 +109,7 @@ def test_averaging_does_not_take_the_error_of_the_body_away():
 
 
 def test_a_long_uncertainty_along_the_ray_is_short_across():
-    states = started(np.array([[3.0, 0.0, 4.0]]), np.array([0.1]), ORIGIN, MOTION)
+    states = started(np.array([[3.0, 0.0, 4.0]]), shares_of(0.1), ORIGIN, MOTION)
     ray = np.array([0.6, 0.0, 0.8])
     across = np.array([0.8, 0.0, -0.6])
     covariance = states.covariance[0, POSITION, POSITION]
@@ -113,7 +122,7 @@ def test_a_long_uncertainty_along_the_ray_is_short_across():
     ((0.0, 0.0, 2.5), False), ((1.5, 0.0, 5.0), False), ((0.0, 0.0, -5.0), False)])
 def test_the_gate_lets_through_what_is_likely(place, likely):
     states = followed([(1 / 15, (0.0, 0.0, 5.0), 0.05)] * 15).predicted(1 / 15, MOTION, ORIGIN)
-    update = states.updated(np.array([place]), np.array([0.05]), USUAL, ORIGIN)
+    update = states.updated(np.array([place]), shares_of(0.05), ORIGIN)
     assert update.likely.tolist() == [likely]
 
 
@@ -144,3 +153,13 @@ def test_the_sigma_of_time_to_contact_is_what_sampling_gives():
         States(random, np.zeros((len(random), N_STATES, N_STATES))), ORIGIN, np.zeros(3))
     assert time_to_contact(states, ORIGIN, np.zeros(3))[1] == pytest.approx(
         [times.std()], rel=0.05)
+
+
+@pytest.mark.parametrize(('estimator', 'body', 'spread'), [
+    ('skeleton', Body(), BODY_SPREAD), ('skeleton', Body(children=True), CHILDREN_SPREAD),
+    ('shoulder', Body(shoulder_width_sigma=0.02), 0.02)])
+def test_what_stays_depends_on_who_may_be_there_and_on_the_estimator(estimator, body, spread):
+    assert body_spread(estimator, body) == spread
+    shares = ErrorShares.of(np.array([0.2]), np.array([0.2]), spread)
+    assert shares.body.tolist() == [spread]
+    assert shares.variance == pytest.approx([0.2 ** 2])
