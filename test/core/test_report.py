@@ -242,7 +242,7 @@ def test_the_command_writes_the_page(bag, tmp_path, capsys):
     assert f'wrote {out}' in capsys.readouterr().out
 
 
-@pytest.mark.parametrize('part', [0.3, 0.6, 0.9, 0.99])
+@pytest.mark.parametrize('part', [0.4, 0.99])
 def test_of_a_torn_bag_what_is_left_is_reported_and_the_exit_code_is_3(tmp_path, capsys, part):
     bag = write_report_bag(tmp_path / 'bag')
     data = (bag / 'bag.mcap').read_bytes()
