@@ -104,7 +104,7 @@ class PeopleFilter:
             measured.range_sigma[known] / measured.range[known], pose.position, stamp_ns,
             self._options.body_spread)
         self._tracks = self._tracks.seen(
-            seen, people.track_ids, self._motion(self._pose is not None))
+            seen, people.track_ids, self._motion(self._pose is not None)).apart(people.track_ids)
         return self._result(people, measured, stamp_ns)
 
     @property

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from depth_person.distance.filtering import Motion, started, States
+from depth_person.distance.filtering import Motion, POSITION, started, States
 from depth_person.distance.scale import ErrorShares
 
 _Array = NDArray[np.float64]
@@ -14,6 +14,8 @@ _Rows = NDArray[np.intp]
 
 #: Outliers in a row that begin anew, when for so long nothing else has come, seconds.
 OUTLIERS, OUTLIERS_S = 3, 0.3
+#: Two people are not nearer to each other, metres.
+ROOM = 0.35
 _NS = 1e-9
 
 
@@ -97,6 +99,21 @@ class Tracks:
         """Return (n,) where each of the ids is; -1 for one that is not followed."""
         same = ids[:, None] == self.ids
         return np.where(same.any(axis=1), same.argmax(axis=1) if same.size else -1, -1)
+
+    def apart(self, present: NDArray[np.int32]) -> Tracks:
+        """
+        Return the tracks without the lost who are where somebody present is.
+
+        The pose stage may follow one person under two ids for a while, and then under one.
+
+        :param present: (m,) ids of everyone in the frame.
+        """
+        lost = missing(self.ids, present)
+        if lost.all() or not lost.any():
+            return self
+        places = self.states.mean[:, POSITION]
+        gap = ((places[:, None] - places[~lost]) ** 2).sum(axis=2).min(axis=1)
+        return self.take(~lost | (gap > ROOM ** 2))
 
     def seen(self, seen: Sightings, present: NDArray[np.int32], motion: Motion) -> Tracks:
         """

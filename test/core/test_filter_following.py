@@ -191,6 +191,14 @@ def test_a_new_id_in_the_place_of_a_lost_one_goes_on_with_its_state():
     assert before[-1].people.track_ids.tolist() == [1]
 
 
+def test_who_was_followed_twice_leaves_nobody_behind():
+    scene = Scene()
+    for step in range(10):
+        scene.see(step / 10, {1: away(step / 10), 2: away(step / 10), 3: (3.0, 0.0, 6.0)})
+    last = scene.see(1.0, {1: away(1.0)})
+    assert last.people.track_ids.tolist() == [1, 3]
+
+
 @pytest.mark.parametrize(('sure', 'then', 'told'), [
     (True, 0.05, 10.0), (True, 0.1, 10.25), (False, 0.05, 10.4)])
 def test_a_sure_look_teaches_the_size_of_the_body(sure, then, told):
