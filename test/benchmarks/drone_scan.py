@@ -1,7 +1,7 @@
 """
 Compares scans of drone views with the truth: bearings, distances, and who is told too far.
 
-    python test/benchmarks/drone_scan.py FOLDER [--mount 30] [--roll 15] [--height]
+    python test/benchmarks/drone_scan.py FOLDER [--mount 30] [--roll 15] [--height] [--children]
 
 FOLDER holds gt/*.json and images/ as `depth_person evaluate` reads them; frames of the scenario
 `drone` count. The camera is taken to be mounted looking down by so many degrees, and the rest of
@@ -25,7 +25,7 @@ from depth_person.autopilot.scan import BINS, scan, ScanOptions
 from depth_person.autopilot.vehicle import CameraOnBody, LevelView
 from depth_person.camera.frame import Frame
 from depth_person.camera.intrinsics import Intrinsics
-from depth_person.distance.estimator import Mounting
+from depth_person.distance.estimator import Body, Mounting
 from depth_person.distance.stage import DistanceOptions
 from depth_person.pipeline import Pipeline
 from depth_person.pose.options import PoseOptions
@@ -54,6 +54,7 @@ def main() -> None:
     parser.add_argument('--mount', type=float, default=30.0, help='degrees, default %(default)s')
     parser.add_argument('--roll', type=float, default=0.0, help='degrees to the right')
     parser.add_argument('--height', action='store_true', help='tell the true height, too')
+    parser.add_argument('--children', action='store_true', help='people may be children')
     parser.add_argument('--model', default=DEFAULT_MODEL, help='default %(default)s')
     parser.add_argument('--input-size', type=int, default=PoseOptions.input_size)
     args = parser.parse_args()
@@ -102,7 +103,7 @@ def add_frame(
         shift = center - rolled[:2, :2] @ center
         image = cv2.warpAffine(
             image, np.column_stack([rolled[:2, :2], shift]), image.shape[1::-1])
-    tracked = Pipeline(pose, DistanceOptions()).process(
+    tracked = Pipeline(pose, DistanceOptions(body=Body(children=args.children))).process(
         Frame(image, 0, 'camera', intrinsics), Mounting(gravity=gravity, height=height))
     ranges = scan(tracked, intrinsics, view, ScanOptions())
     found = tracked.distances.position[tracked.distances.known]
