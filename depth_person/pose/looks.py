@@ -72,7 +72,8 @@ def far_parts(width: int, height: int, *, input_side: int) -> list[Look]:
     """
     Return overlapping parts of the frame that see together as far as far_look.
 
-    None costs more than the whole frame at input_side; where that sees as far, there are none.
+    None is larger in the network's input than input_side by 5/8 of it; where the whole frame at
+    input_side is seen as far, there are none.
     """
     if input_side >= FAR_SIDE:
         return []

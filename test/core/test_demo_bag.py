@@ -85,7 +85,8 @@ def test_the_true_range_is_the_length_of_the_true_position():
 def test_skeletons_give_the_range_of_whoever_walks_or_turns(sightings, person):
     measured = ratios(sightings, person, make_estimator('skeleton'))
     assert len(measured) >= 0.8 * len(sightings)
-    assert np.median(np.abs(measured - 1)) < 0.125  # AWAY is larger than most: true keypoints read 0.915
+    # AWAY is larger than most: true keypoints read 0.915.
+    assert np.median(np.abs(measured - 1)) < 0.125
 
 
 @pytest.mark.parametrize(('person', 'when'), [(AWAY, ALWAYS), (TURNING, FACING)])
