@@ -1,7 +1,7 @@
 """
 Compares scans of drone views with the truth: bearings, distances, and who is told too far.
 
-    python test/benchmarks/drone_scan.py FOLDER [--mount 30] [--roll 15] [--height] [--children]
+    python test/benchmarks/drone_scan.py FOLDER [--mount 30] [--roll 15] [--height] [--children] [--tilt 1]
 
 FOLDER holds gt/*.json and images/ as `depth_person evaluate` reads them; frames of the scenario
 `drone` count. The camera is taken to be mounted looking down by so many degrees, and the rest of
@@ -53,6 +53,8 @@ def main() -> None:
     parser.add_argument('folder', type=Path)
     parser.add_argument('--mount', type=float, default=30.0, help='degrees, default %(default)s')
     parser.add_argument('--roll', type=float, default=0.0, help='degrees to the right')
+    parser.add_argument(
+        '--tilt', type=float, default=0.0, help='error of the attitude told, degrees of pitch')
     parser.add_argument('--height', action='store_true', help='tell the true height, too')
     parser.add_argument('--children', action='store_true', help='people may be children')
     parser.add_argument('--model', default=DEFAULT_MODEL, help='default %(default)s')
@@ -90,7 +92,9 @@ def add_frame(
     cos, sin = np.cos(np.radians(args.roll)), np.sin(np.radians(args.roll))
     rolled = np.array([[cos, sin, 0.0], [-sin, cos, 0.0], [0.0, 0.0, 1.0]])
     optical_from_world = rolled @ np.array(camera['R_world_to_cam'])  # z of the world is up
-    gravity = optical_from_world @ -UP
+    gravity = optical_from_world @ -UP  # a tilt is about the camera's x, to the right
+    cos, sin = np.cos(np.radians(args.tilt)), np.sin(np.radians(args.tilt))
+    gravity = np.array([[1.0, 0.0, 0.0], [0.0, cos, -sin], [0.0, sin, cos]]) @ gravity
     height = camera['height_m'] if args.height else None
     mounted = CameraOnBody.mounted(pitch_down=np.radians(args.mount))
     view = LevelView.of(mounted, gravity)
