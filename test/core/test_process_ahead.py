@@ -1,0 +1,70 @@
+"""A stage that works ahead of who takes its items."""
+from contextlib import closing
+import itertools
+import threading
+import time
+
+import pytest
+
+from depth_person.replay.ahead import ahead
+
+
+def test_items_come_in_order_and_then_the_end():
+    assert list(ahead(range(100), depth=3)) == list(range(100))
+
+
+def test_no_more_than_the_depth_is_got_in_advance():
+    got = []
+
+    def items():
+        for number in range(20):
+            got.append(number)
+            yield number
+
+    with closing(ahead(items(), depth=3)) as numbers:
+        assert next(numbers) == 0
+        time.sleep(0.3)
+        assert len(got) <= 5  # taken, waiting, and one in hand
+
+
+def test_an_error_comes_behind_the_items_before_it():
+    def items():
+        yield 1
+        raise RuntimeError('torn')
+
+    numbers = ahead(items(), depth=3)
+
+    assert next(numbers) == 1
+    with pytest.raises(RuntimeError, match='torn'):
+        next(numbers)
+
+
+def test_leaving_early_ends_the_thread_and_closes_the_items():
+    ended = threading.Event()
+
+    def items():
+        try:
+            yield from itertools.count()
+        finally:
+            ended.set()
+
+    before = threading.active_count()
+    with closing(ahead(items(), depth=3)) as numbers:
+        assert next(numbers) == 0
+
+    assert ended.is_set()
+    assert threading.active_count() == before
+
+
+def test_stages_overlap():
+    def slow(items):
+        for item in items:
+            time.sleep(0.02)
+            yield item
+
+    started = time.monotonic()
+    with closing(ahead(slow(range(20)), depth=3)) as first, \
+            closing(ahead(slow(first), depth=3)) as second:
+        assert list(slow(second)) == list(range(20))
+
+    assert time.monotonic() - started < 2 * 20 * 0.02, 'one after the other takes three times it'
