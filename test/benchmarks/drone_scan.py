@@ -1,7 +1,8 @@
 """
 Compares scans of drone views with the truth: bearings, distances, and who is told too far.
 
-    python test/benchmarks/drone_scan.py FOLDER [--mount 30] [--roll 15] [--height] [--children] [--tilt 1]
+    python test/benchmarks/drone_scan.py FOLDER [--mount 30] [--roll 15] [--tilt 1] [--height]
+        [--children]
 
 FOLDER holds gt/*.json and images/ as `depth_person evaluate` reads them; frames of the scenario
 `drone` count. The camera is taken to be mounted looking down by so many degrees, and the rest of
