@@ -147,12 +147,11 @@ def _ask(capture: Capture, options: DeviceOptions) -> list[str]:
         wishes.append((f'exposure {options.exposure_ms:g} ms', cv2.CAP_PROP_EXPOSURE, steps))
     if options.gain is not None:
         wishes.append((f'gain {options.gain:g}', cv2.CAP_PROP_GAIN, options.gain))
-    return [_refusal(capture, *wish) for wish in wishes if not _takes(capture, *wish[1:])]
-
-
-def _takes(capture: Capture, prop: int, value: float) -> bool:
-    capture.set(prop, value)
-    return abs(capture.get(prop) - value) < 1.0
+    for _, prop, value in wishes:
+        capture.set(prop, value)
+    # Once all are set: OpenCV changes the width only with the height.
+    return [_refusal(capture, name, prop, value) for name, prop, value in wishes
+            if abs(capture.get(prop) - value) >= 1.0]
 
 
 def _refusal(capture: Capture, name: str, prop: int, value: float) -> str:

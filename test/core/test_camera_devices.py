@@ -106,6 +106,19 @@ def test_what_a_camera_does_not_take_is_said_once_with_what_it_has(camera, caplo
     assert 'v4l2-ctl' in caplog.text
 
 
+def test_a_width_that_changes_only_with_the_height_is_taken(camera, caplog):
+    """OpenCV does it so."""
+    class Together(FakeV4L2):
+        def set(self, prop, value):
+            size = (cv2.CAP_PROP_FRAME_WIDTH, cv2.CAP_PROP_FRAME_HEIGHT)
+            if prop == size[1]:
+                self.properties = {size[0]: self.width, size[1]: value}
+            self.width = value
+
+    open_device(camera(Together()), size=(1280, 720)).close()
+    assert not caplog.records
+
+
 def test_a_busy_camera_may_become_free(camera):
     device = camera(FakeV4L2(opened=False))
 
