@@ -51,7 +51,7 @@ def _ranges(comparison: Comparison) -> Figure:
     axes.set(xlabel='time (s)', ylabel='range (m), bands of one sigma')
     axes.grid(alpha=0.3)
     if axes.get_legend_handles_labels()[0]:
-        axes.legend(fontsize='small', ncols=2)
+        axes.legend(fontsize='small', ncols=2, loc='upper left')
     return figure
 
 
@@ -84,7 +84,7 @@ def _changes(comparison: Comparison) -> Figure:
         axes.set(ylabel=f'change of {name} (%)')
         axes.grid(alpha=0.3)
         if name == 'range' and axes.get_legend_handles_labels()[0]:
-            axes.legend(fontsize='small', ncols=3)
+            axes.legend(fontsize='small', ncols=3, loc='upper left')
     axes.set(xlabel='time (s); dashed: the tolerance')
     return figure
 

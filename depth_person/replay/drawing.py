@@ -15,6 +15,9 @@ except ImportError as error:
     raise DepthPersonError(
         'plots need matplotlib; install it with: pip install "depth_person[demo]"') from error
 
+#: A figure of more is drawn in pixels.
+MOST_POINTS = 5000
+
 __all__ = ['Axes', 'Figure', 'as_uri', 'colormaps', 'rgb']
 
 
@@ -24,9 +27,15 @@ def rgb(track_id: int) -> tuple[float, float, float]:
     return red / 255, green / 255, blue / 255
 
 
-def as_uri(figure: Figure) -> str:
-    """Return a figure as an SVG in a data URI; the same figure gives the same text."""
+def as_uri(figure: Figure, *, points: int = 0) -> str:
+    """
+    Return a figure as a picture in a data URI; the same figure gives the same text.
+
+    :param points: about how many it shows: an SVG of very many is slow to show, a PNG is not.
+    """
+    kind, name = ('png', 'png') if points > MOST_POINTS else ('svg', 'svg+xml')
     buffer = BytesIO()
     with rc_context({'svg.hashsalt': 'depth_person'}):
-        figure.savefig(buffer, format='svg', metadata={'Date': None})
-    return f'data:image/svg+xml;base64,{b64encode(buffer.getvalue()).decode("ascii")}'
+        figure.savefig(
+            buffer, format=kind, dpi=110, metadata={'Date': None} if kind == 'svg' else {})
+    return f'data:image/{name};base64,{b64encode(buffer.getvalue()).decode("ascii")}'

@@ -40,7 +40,7 @@ table { border-collapse: collapse; margin: 0.6em 0; }
 th, td { padding: 0.15em 0.8em; text-align: right; border-bottom: 1px solid #ddd; }
 th:first-child, td:first-child { text-align: left; }
 img { max-width: 100%; height: auto; }
-.frames { display: grid; grid-template-columns: repeat(auto-fill, minmax(24em, 1fr)); gap: 1em; }
+.frames { display: grid; grid-template-columns: repeat(auto-fill, minmax(34em, 1fr)); gap: 1em; }
 figure { margin: 0; } figcaption { color: #666; }
 .faults { background: #fdecea; padding: 0.6em 1em; }
 </style>
@@ -96,12 +96,13 @@ def make_report(
         contents = [(each.name, each.msgtype, each.count) for each in bag.topics.values()]
     faults = (*results.faults, *pictures.faults)
     times = timing(results)
+    points = len(results.people)
     body = [
         _faults(faults), _overview(results, times, pictures, contents),
-        _figure('Range over time', as_uri(ranges_figure(results, known)),
+        _figure('Range over time', as_uri(ranges_figure(results, known), points=points),
                 'Lines: range, with a band of one sigma. Dots: what each frame says by itself, '
                 'where that was recorded. Rings: predicted, not seen.'),
-        _figure("Bird's-eye view", as_uri(above_figure(results, known)),
+        _figure("Bird's-eye view", as_uri(above_figure(results, known), points=points),
                 'Places relative to the camera; lines of one sigma along the view ray.'),
         _errors(errors), _timing(times), _frames(results, pictures)]
     return Report(
@@ -158,11 +159,12 @@ def _errors(errors: TruthErrors | None) -> str:
         (name, *('-' if figures[key] is None else form.format(figures[key])
                  for key, form in _ERRORS.values()))
         for name, figures in errors.tables()]
+    points = len(errors.results.people)
     return (
         '<h2 id="errors">Errors</h2>' + _table(('people', *_ERRORS), rows)
         + f'<p>Ranges that belong to nobody known: {errors.strangers}. A true normal sigma has '
         '68 % of the errors within one and 95 % within two.</p>'
-        + _picture('Error over time', as_uri(errors_figure(errors)),
+        + _picture('Error over time', as_uri(errors_figure(errors), points=points),
                    'Error over time; bands of two of its own sigmas.'))
 
 
@@ -180,7 +182,7 @@ def _timing(times: Timing) -> str:
     return (
         '<h2 id="timing">Latency and rate</h2>' + _table(('', ''), rows)
         + (f'<p>{escape(times.remark)}</p>' if times.remark else '')
-        + _picture('Latency and rate', as_uri(timing_figure(times)), ''))
+        + _picture('Latency and rate', as_uri(timing_figure(times), points=len(times.time_s)), ''))
 
 
 def _frames(results: Results, pictures: SampleFrames) -> str:

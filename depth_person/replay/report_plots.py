@@ -38,8 +38,9 @@ def above_figure(results: Results, truth: Results | None) -> Figure:
     axes = figure.subplots()
     for track_id, _, people in _tracks(results):
         x, z = people.position[:, 0], people.position[:, 2]
-        ends = 1 + np.outer((-1, 1), people.range_sigma / people.range)
-        axes.plot(ends * x, ends * z, color=rgb(track_id), alpha=0.25, lw=1)
+        ends = 1 + np.outer((-1, 1, np.nan), people.range_sigma / people.range)
+        axes.plot((ends * x).T.ravel(), (ends * z).T.ravel(), color=rgb(track_id), alpha=0.25,
+                  lw=1)  # one line for all, with gaps
         axes.plot(x, z, '.-', color=rgb(track_id), ms=4, lw=0.8, label=f'#{track_id}')
     _draw_truth(axes, truth, lambda people, _: (people.position[:, 0], people.position[:, 2]))
     axes.plot(0, 0, '^', color='k', ms=10)
@@ -110,4 +111,4 @@ def _draw_truth(
 def _finish(axes: Axes) -> None:
     axes.grid(alpha=0.3)
     if axes.get_legend_handles_labels()[0]:
-        axes.legend(fontsize='small')
+        axes.legend(fontsize='small', loc='upper left')

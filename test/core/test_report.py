@@ -13,6 +13,7 @@ from result_bags import START_NS, STEP_NS, write_results
 
 from depth_person.cli import main
 from depth_person.errors import DepthPersonError
+from depth_person.replay import drawing
 from depth_person.replay.report import make_report
 from depth_person.replay.results import read_results
 from depth_person.replay.timing import timing
@@ -106,8 +107,8 @@ def test_the_drawings_are_whole_and_need_nothing_either(page):
     drawings = [base64.b64decode(source.partition(',')[2]) for source in page.named('src')
                 if source.startswith('data:image/svg')]
     assert len(drawings) == 4
-    for drawing in drawings:
-        root = ET.fromstring(drawing)
+    for data in drawings:
+        root = ET.fromstring(data)
         assert root.tag.endswith('svg')
         links = [value for each in root.iter() for key, value in each.attrib.items()
                  if key.endswith(('href', 'src'))]
@@ -147,6 +148,12 @@ def test_the_people_and_the_topics_are_listed(page):
     assert person['nearest m'] == f'{1.1 * np.linalg.norm(true_place(0)):.2f}'
     assert page.row('/image_raw/compressed')['messages'] == str(FRAMES)
     assert f'0 of {FRAMES} images have no result' in page.words
+
+
+def test_drawings_of_very_many_points_are_in_pixels(bag, monkeypatch):
+    monkeypatch.setattr(drawing, 'MOST_POINTS', FRAMES - 1)
+    sources = Page(make_report(bag, frames=0).html).named('src')
+    assert [source.partition(';')[0] for source in sources] == 3 * ['data:image/png']
 
 
 def test_the_same_bag_gives_the_same_page(bag, html):
