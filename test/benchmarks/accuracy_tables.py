@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Iterable
+from itertools import pairwise
 import json
 from pathlib import Path
 from typing import Any
@@ -58,7 +59,7 @@ def groups(samples: list[Sample]) -> dict[str, list[Sample]]:
     if scenarios == ['recorded']:
         return {'all': samples, **{
             f'{low} to {high} m': [s for s in samples if low <= s['range_true'] < high]
-            for low, high in zip(EDGES[:-1], EDGES[1:], strict=True)}}
+            for low, high in pairwise(EDGES)}}
     return {'all': samples, **{
         name: [s for s in samples if s['scenario'] == name] for name in scenarios}}
 
