@@ -136,8 +136,8 @@ def test_a_misspelt_parameter_is_reported(domain, folder):
 def test_a_camera_that_is_not_there_yet_is_tried_again_and_again(domain):
     program = domain.start(*arguments('/dev/video97', wait_for_subscribers='false'))
     program.hears('there is no camera /dev/video97')
-    status = domain.fault('camera_node', 'trying again in 1 s')
-    assert {pair.key: pair.value for pair in status.values}['reconnects'] == '2'
+    status = domain.fault('camera_node', 'trying again in 4 s')
+    assert {pair.key: pair.value for pair in status.values}['reconnects'] == '4'
     program.interrupt(signal.SIGTERM)
     assert program.exit_code(5) == 0
     assert 'Traceback' not in program.said
