@@ -4,6 +4,7 @@ import json
 import math
 from pathlib import Path
 import re
+import sys
 
 from bag_messages import string
 import numpy as np
@@ -147,6 +148,16 @@ def test_the_command_prints_who_moved_and_tells_by_its_exit_code(tmp_path, bags,
     assert 'different: 20 of 20' in said
     assert {file.name for file in plots.iterdir()} == {'ranges.png', 'changes.png'}
     assert main(['compare', a, b, '--range', '0.2', '--position', '0.2']) == 0
+
+
+def test_a_missing_matplotlib_is_said_before_the_work(tmp_path, bags, monkeypatch, capsys):
+    for module in ('drawing', 'compare_plots'):
+        monkeypatch.delitem(sys.modules, f'depth_person.replay.{module}', raising=False)
+    monkeypatch.setitem(sys.modules, 'matplotlib.figure', None)
+    assert main(['compare', *bags, '--plots', str(tmp_path / 'plots')]) == 2
+    captured = capsys.readouterr()
+    assert 'pip install "depth_person[demo]"' in captured.err
+    assert captured.out == ''
 
 
 def test_golden_values_bring_their_tolerances_which_options_override(tmp_path, bags):

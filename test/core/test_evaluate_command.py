@@ -233,7 +233,8 @@ def test_plots_of_nothing_are_refused(tmp_path, capsys):
 
 
 def test_a_missing_matplotlib_is_said_before_the_work(folder, monkeypatch, capsys):
-    monkeypatch.delitem(sys.modules, 'depth_person.replay.plots', raising=False)
+    for module in ('drawing', 'plots'):
+        monkeypatch.delitem(sys.modules, f'depth_person.replay.{module}', raising=False)
     monkeypatch.setitem(sys.modules, 'matplotlib.figure', None)
     assert cli.main(['evaluate', str(folder), *TRUTH, '--plots', 'x']) == 1
     captured = capsys.readouterr()
