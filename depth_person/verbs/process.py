@@ -108,13 +108,13 @@ def _process(args: argparse.Namespace, bags: InputBags) -> Outcome | None:
         'version': __version__, 'pose_node': asdict(pose), 'depth_node': asdict(depth),
         'job': asdict(job), 'namespace': namespace, 'remap': args.remap,
         'compress': args.compress}
-    if args.overwrite:
-        begin_anew(args.output)
     if args.resume and _finished(args.output, settings):
         return None
     surroundings = Surroundings(
         bags, depth, namespace=namespace, remaps=dict(_remaps(args.remap)))
     pipeline = Pipeline(pose.pose_options(), depth.distance_options())
+    if args.overwrite:
+        begin_anew(args.output)
     before = set_aside(args.output, settings, codec.keypoint_topic) if args.resume else None
     try:
         with RecordedPeople(before, codec.keypoint_topic) as recorded:
