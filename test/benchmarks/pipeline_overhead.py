@@ -110,7 +110,10 @@ def running_pipeline(
     folder: str, input_size: int, fps: float,
 ) -> Iterator[tuple[StageNode[Any], StageNode[Any]]]:
     """Run the composed nodes on the images, again and again; give pose_node and depth_node."""
-    rclpy.init(args=['--ros-args', '-p', f'input_size:={input_size}', '--log-level', 'error'])
+    # One look at the whole frame, and no crops: the network that runs alone, too.
+    rclpy.init(args=[
+        '--ros-args', '-p', f'input_size:={input_size}', '-p', 'refiner:=none', '--log-level',
+        'error'])
     nodes = make_pipeline(
         {'source': folder, 'fps': fps, 'loop': True, 'horizontal_fov': 72.0})
     executor = SingleThreadedExecutor()

@@ -35,7 +35,8 @@ def main() -> None:
         np.random.default_rng(1).integers(0, 255, (720, 1280, 3), np.uint8), stamp_ns=0,
         frame_id='camera_optical_frame')
     estimators = {
-        f'{model} {size}': PoseEstimator(PoseOptions(model=model, input_size=max(size, 256)))
+        f'{model} {size}': PoseEstimator(
+            PoseOptions(model=model, input_size=max(size, 256), refiner='none'))
         for model, size in SETTINGS}
     network: dict[str, list[float]] = {name: [] for name in estimators}
 

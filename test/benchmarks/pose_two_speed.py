@@ -65,23 +65,21 @@ def main() -> None:
     parser.add_argument('--mediapipe-python', type=Path)
     args = parser.parse_args()
     cutouts = list(people_of(args.folder))
-    scenes = {n: list(frames_of(cutouts, n)) for n in PEOPLE}
-    times: dict[int, list[list[NDArray[np.float64]]]] = {n: [] for n in PEOPLE}
-    found: dict[int, float] = {}
-    for _ in range(args.rounds):
-        for n, frames in scenes.items():
-            whole, network, found[n], looks = run_stage(frames)
-            times[n].append([whole, network, run_bare(frames, n, looks)])
-            if args.mediapipe_python:
-                times[n][-1].append(run_blazepose(args.mediapipe_python, frames))
     print(f'{"people":>6}{"found":>7}{"frame ms":>10}{"frames/s":>10}{"bare ms":>9}'
           f'{"ratio":>7}{"inside":>8}{"BlazePose ms":>14}{"its rate":>10}')
     for n in PEOPLE:
-        kinds = [np.min(kind, axis=0).mean() for kind in zip(*times[n], strict=True)]
-        whole, network, bare, blazepose = [*kinds, np.nan][:4]
-        print(f'{n:6d}{found[n]:7.1f}{1e3 * whole:10.1f}{1 / whole:10.1f}{1e3 * bare:9.1f}'
-              f'{whole / bare:7.2f}{whole / network:8.2f}{1e3 * blazepose:14.1f}'
-              f'{blazepose / whole:9.2f}x')
+        frames = list(frames_of(cutouts, n))
+        rounds = []
+        for _ in range(args.rounds):
+            whole, network, found, looks = run_stage(frames)
+            rounds.append([whole, network, run_bare(frames, n, looks)])
+            if args.mediapipe_python:
+                rounds[-1].append(run_blazepose(args.mediapipe_python, frames))
+        kinds = [np.min(kind, axis=0).mean() for kind in zip(*rounds, strict=True)]
+        whole_s, network_s, bare_s, blazepose_s = [*kinds, np.nan][:4]
+        print(f'{n:6d}{found:7.1f}{1e3 * whole_s:10.1f}{1 / whole_s:10.1f}{1e3 * bare_s:9.1f}'
+              f'{whole_s / bare_s:7.2f}{whole_s / network_s:8.2f}{1e3 * blazepose_s:14.1f}'
+              f'{blazepose_s / whole_s:9.2f}x', flush=True)
 
 
 def people_of(folder: Path) -> Iterator[NDArray[np.uint8]]:
