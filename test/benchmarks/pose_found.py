@@ -3,8 +3,8 @@ Who is found, and how far off the shoulders are, over their width: by distance a
 
     .venv/bin/python test/benchmarks/pose_found.py FOLDER [--refiner NAME]
 
-FOLDER holds stills with `keypoints_cam_m` as `depth_person evaluate` reads them; each is a stream of
-its own to the pose stage. The error is the mean of both shoulders, left and right exchanged
+FOLDER holds stills with `keypoints_cam_m` as `depth_person evaluate` reads them; each is a stream
+of its own to the pose stage. The error is the mean of both shoulders, left and right exchanged
 if that is nearer, over the distance between the true shoulders in space, seen at the neck's depth.
 """
 from __future__ import annotations
