@@ -41,7 +41,7 @@ class PoseOptions:
     min_score: float = 0.2
     max_people: int = 20
     refiner: str = DEFAULT_REFINER
-    detection_budget: float = 8.0
+    detection_budget: float = 5.0
     threads: int = 0
     provider: str = 'cpu'
     provider_fallback: bool = True

@@ -33,7 +33,7 @@ class PoseSettings(NodeSettings):
         'while model only looks for new people; none lets model do it all. Other networks than '
         'movenet-multipose go without.')
     detection_budget: float = parameter(
-        8.0, 'What looking for new people may cost a frame on average, milliseconds of two AVX2 '
+        5.0, 'What looking for new people may cost a frame on average, milliseconds of two AVX2 '
         'cores; thrice this while nobody is tracked, and more at the first frame.',
         minimum=0.0, maximum=1000.0)
     threads: int = parameter(

@@ -41,8 +41,9 @@ WIDTH, HEIGHT = 1280, 720
 FRAMES = 31
 FRAME_NS = 1_000_000_000 // 15
 SCENARIOS = ('distance', 'yaw', 'tilt')
-#: How high the people stand, pixels: in one row, or in two.
-ONE_ROW, TWO_ROWS = 330, 250
+#: How high their pictures are, pixels: of a few, whom BlazePose sees only when they are near, of
+#: more in one row, and in two.
+FEW, ONE_ROW, TWO_ROWS = 660, 330, 250
 
 BLAZEPOSE = """
 import sys, time
@@ -53,8 +54,8 @@ for frame in frames[:3]:
     pose.process(frame)
 for frame in frames:
     start = time.perf_counter()
-    pose.process(frame)
-    print(time.perf_counter() - start)
+    found = pose.process(frame).pose_landmarks is not None
+    print(time.perf_counter() - start, int(found))
 """
 
 
@@ -66,20 +67,21 @@ def main() -> None:
     args = parser.parse_args()
     cutouts = list(people_of(args.folder))
     print(f'{"people":>6}{"found":>7}{"frame ms":>10}{"frames/s":>10}{"bare ms":>9}'
-          f'{"ratio":>7}{"inside":>8}{"BlazePose ms":>14}{"its rate":>10}')
+          f'{"ratio":>7}{"inside":>8}{"BlazePose ms":>14}{"found":>7}{"its rate":>10}')
     for n in PEOPLE:
         frames = list(frames_of(cutouts, n))
-        rounds = []
+        rounds, blazepose_found = [], np.nan
         for _ in range(args.rounds):
             whole, network, found, looks = run_stage(frames)
             rounds.append([whole, network, run_bare(frames, n, looks)])
             if args.mediapipe_python:
-                rounds[-1].append(run_blazepose(args.mediapipe_python, frames))
+                blazepose, blazepose_found = run_blazepose(args.mediapipe_python, frames)
+                rounds[-1].append(blazepose[1:])
         kinds = [np.min(kind, axis=0).mean() for kind in zip(*rounds, strict=True)]
         whole_s, network_s, bare_s, blazepose_s = [*kinds, np.nan][:4]
         print(f'{n:6d}{found:7.1f}{1e3 * whole_s:10.1f}{1 / whole_s:10.1f}{1e3 * bare_s:9.1f}'
               f'{whole_s / bare_s:7.2f}{whole_s / network_s:8.2f}{1e3 * blazepose_s:14.1f}'
-              f'{blazepose_s / whole_s:9.2f}x', flush=True)
+              f'{blazepose_found:7.0%}{blazepose_s / whole_s:9.2f}x', flush=True)
 
 
 def people_of(folder: Path) -> Iterator[NDArray[np.uint8]]:
@@ -100,7 +102,7 @@ def people_of(folder: Path) -> Iterator[NDArray[np.uint8]]:
 def frames_of(cutouts: list[NDArray[np.uint8]], n: int) -> Iterator[Frame]:
     """Yield frames with n people side by side, in two rows where they are many."""
     columns = n if n <= 8 else (n + 1) // 2
-    height = ONE_ROW if n <= 8 else TWO_ROWS
+    height = FEW if n <= 3 else ONE_ROW if n <= 8 else TWO_ROWS
     for index in range(FRAMES):
         image = np.full((HEIGHT, WIDTH, 3), 110, np.uint8)
         for person in range(n):
@@ -166,8 +168,10 @@ def run_bare(
     return np.array(took[1:])
 
 
-def run_blazepose(python: Path, frames: list[Frame]) -> NDArray[np.float64]:
-    """Return the seconds of each frame in MediaPipe Pose."""
+def run_blazepose(
+    python: Path, frames: list[Frame],
+) -> tuple[NDArray[np.float64], float]:
+    """Return the seconds of each frame in MediaPipe Pose, and in how many it found someone."""
     with tempfile.TemporaryDirectory() as folder:
         names = [f'{folder}/{index:03}.png' for index in range(len(frames))]
         for name, frame in zip(names, frames, strict=True):
@@ -176,7 +180,8 @@ def run_blazepose(python: Path, frames: list[Frame]) -> NDArray[np.float64]:
             [python, '-c', BLAZEPOSE, *names], capture_output=True, text=True, check=False)
     if run.returncode != 0:
         sys.exit(f'MediaPipe failed: {run.stderr[-2000:]}')
-    return np.array(run.stdout.split(), float)
+    seconds, found = np.array(run.stdout.split(), float).reshape(-1, 2).T
+    return seconds, found.mean()
 
 
 if __name__ == '__main__':
