@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from depth_person.pose.looks import far_look, far_parts, Look, whole_looks
 
 #: How soon a look comes round again, against the others: by what newcomers it is likely to show.
-_GAIN_NEAR, _GAIN_MIDDLE, _GAIN_FAR = 1.0, 3.0, 1.0
+_GAIN_NEAR, _GAIN_MIDDLE, _GAIN_FAR = 1.0, 6.0, 1.0
 #: A part of the frame in which people are.
 _GAIN_PEOPLED = 2.0
 #: Budgets of a frame in which nobody is tracked: the time that no crop takes.
