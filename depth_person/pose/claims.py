@@ -60,6 +60,9 @@ def chosen(seen: Seen, marked: Array) -> Array:
     off = np.where(known, apart, 0).sum(1) / np.maximum(known.sum(1), 1) / seen.sizes
     good = enough & known.any(1) & (off < _MOST_OFF) & (sureness(marked) >= _LEAST_SURE)
     has_detection = np.isfinite(detected[..., 2]).any(1)
+    if not has_detection.any():
+        alone: Array = np.where(good[:, None, None], marked, np.float32(np.nan))
+        return alone
     alike = np.diagonal(likeness(points, detected[..., :2], seen.sizes, seen.sizes))
     good &= ~has_detection | (alike >= _SLIPPED)
     sure_both = sureness(detected) * sureness(marked) >= _LEAST_SURE_OF_NEW
@@ -83,6 +86,8 @@ def refuse_doubles(seen: Seen, keypoints: Array, stamp_ns: int) -> Bools:
     """
     points = keypoints[..., :2]
     doubles = np.zeros(len(points), bool)
+    if len(points) < 2:
+        return doubles
     same = same_people(points, seen.sizes, strict=~seen.new)
     if not same.any():
         return doubles
@@ -105,6 +110,8 @@ def part_marks(seen: Seen, keypoints: Array) -> Bools:
 
     Whoever loses many that way is blanked altogether; return who that is (n,).
     """
+    if len(keypoints) < 2:
+        return np.zeros(len(keypoints), bool)
     points = keypoints[..., :2]
     apart = points[:, None] - points[None]
     apart = np.hypot(apart[..., 0], apart[..., 1])

@@ -20,7 +20,7 @@ CONVENTION = 'movenet_crops'
 #: a crop's keypoints and those of its mirror image. By the side of the input.
 _LEAN = {192: 0.2, 256: 0.0}
 #: The frame is halved, by averaging, until no crop shrinks by more than this.
-_MOST_SHRINKING = 1.5
+_MOST_SHRINKING = 2.0
 
 
 class Refiner:
