@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from depth_person.distance.contact import time_to_contact
 from depth_person.distance.estimator import Cue, Distances, Reason
 from depth_person.distance.filtering import Motion, POSITION, States, VELOCITY
-from depth_person.distance.scale import BODY_SPREAD
+from depth_person.distance.scale import BODY_SPREAD, lasting
 from depth_person.distance.tracked import CameraPose, TrackedPeople
 from depth_person.distance.tracks import missing, Sightings, Tracks
 from depth_person.errors import DepthPersonError
@@ -102,7 +102,7 @@ class PeopleFilter:
         seen = Sightings(
             people.track_ids[known], measured.position[known] @ pose.rotation.T + pose.position,
             measured.range_sigma[known] / measured.range[known], pose.position, stamp_ns,
-            self._options.body_spread)
+            self._options.body_spread * lasting(people.convention, measured.cues[known]))
         self._tracks = self._tracks.seen(
             seen, people.track_ids, self._motion(self._pose is not None)).apart(people.track_ids)
         return self._result(people, measured, stamp_ns)

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from depth_person.distance.estimator import Body
+from depth_person.distance.conventions import CONVENTIONS
+from depth_person.distance.estimator import Body, Cue
 from depth_person.distance.shoulder import ShoulderEstimator
 
 _Array = NDArray[np.float64]
@@ -49,7 +50,7 @@ class ErrorShares:
 
     @classmethod
     def of(
-        cls, log_sigma: _Array, usual: _Array, body_spread: float = BODY_SPREAD,
+        cls, log_sigma: _Array, usual: _Array, body_spread: float | _Array = BODY_SPREAD,
     ) -> ErrorShares:
         """
         Return the shares in errors of these spreads (n,), range_sigma over range.
@@ -93,3 +94,17 @@ def body_spread(estimator: str, body: Body) -> float:
     if estimator == ShoulderEstimator.name:
         return body.shoulder_width_sigma
     return CHILDREN_SPREAD if body.children else BODY_SPREAD
+
+
+def lasting(convention: str, cues: NDArray[np.uint8]) -> _Array:
+    """
+    Return by how much (n,) people's own errors spread more than their builds do.
+
+    A network's habits, which sigma_scale of its convention stands for, last as long as a person
+    is seen from one side, and on people who walk that is no shorter than the filter's memory.
+
+    :param convention: a name of conventions.CONVENTIONS.
+    :param cues: (n,) of Cue; of skeletons only is sigma scaled.
+    """
+    scale = CONVENTIONS.get(convention, CONVENTIONS['coco']).sigma_scale
+    return np.where(cues & Cue.SKELETON, scale, 1.0)

@@ -29,7 +29,7 @@ class Sightings:
     :ivar spreads: (n,) range_sigma over range.
     :ivar origin: (3,) where the camera is.
     :ivar stamp_ns: when.
-    :ivar body_spread: of people's own errors.
+    :ivar body_spreads: (n,) of people's own errors.
     """
 
     ids: NDArray[np.int32]
@@ -37,12 +37,13 @@ class Sightings:
     spreads: _Array
     origin: _Array
     stamp_ns: int
-    body_spread: float
+    body_spreads: _Array
 
     def take(self, rows: _Rows | NDArray[np.bool_]) -> Sightings:
         """Return the sightings of these rows."""
         return replace(
-            self, ids=self.ids[rows], places=self.places[rows], spreads=self.spreads[rows])
+            self, ids=self.ids[rows], places=self.places[rows], spreads=self.spreads[rows],
+            body_spreads=self.body_spreads[rows])
 
     def begun(self, motion: Motion) -> Tracks:
         """Return tracks that begin here."""
@@ -54,7 +55,7 @@ class Sightings:
     def shares(self, usual: _Array) -> ErrorShares:
         """Return what the errors are made up of, for tracks of these usual spreads (n,)."""
         return ErrorShares.of(
-            self.spreads, ErrorShares.usual(usual, self.spreads), self.body_spread)
+            self.spreads, ErrorShares.usual(usual, self.spreads), self.body_spreads)
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,7 +80,7 @@ class Tracks:
     def none(cls) -> Tracks:
         """Return nobody."""
         return Sightings(
-            np.empty(0, np.int32), np.empty((0, 3)), np.empty(0), np.zeros(3), 0, 0.0,
+            np.empty(0, np.int32), np.empty((0, 3)), np.empty(0), np.zeros(3), 0, np.empty(0),
         ).begun(Motion(speed=0.0, acceleration=0.0))
 
     def take(self, rows: _Rows | NDArray[np.bool_]) -> Tracks:

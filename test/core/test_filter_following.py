@@ -16,7 +16,8 @@ SPREAD = 0.05
 
 
 def people(*ids):
-    return People(np.full((len(ids), 18, 3), 0.5, np.float32), np.array(ids, np.int32))
+    return People(
+        np.full((len(ids), 18, 3), 0.5, np.float32), np.array(ids, np.int32), convention='mesh')
 
 
 def measured(places, spread=SPREAD, reason=Reason.NONE):

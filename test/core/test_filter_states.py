@@ -5,13 +5,15 @@ import numpy as np
 import pytest
 
 from depth_person.distance.contact import time_to_contact
-from depth_person.distance.estimator import Body
+from depth_person.distance.conventions import CONVENTIONS
+from depth_person.distance.estimator import Body, Cue
 from depth_person.distance.filtering import Motion, N_STATES, POSITION, started, States, VELOCITY
 from depth_person.distance.scale import (
     BODY_SPREAD,
     body_spread,
     CHILDREN_SPREAD,
     ErrorShares,
+    lasting,
 )
 
 ORIGIN, SAME = np.zeros(3), np.eye(3)
@@ -163,3 +165,12 @@ def test_what_stays_depends_on_who_may_be_there_and_on_the_estimator(estimator, 
     shares = ErrorShares.of(np.array([0.2]), np.array([0.2]), spread)
     assert shares.body.tolist() == [spread]
     assert shares.variance == pytest.approx([0.2 ** 2])
+
+
+def test_a_networks_habits_last_as_the_body_does_and_exact_keypoints_have_none():
+    cues = np.array([Cue.SKELETON, Cue.SKELETON | Cue.GROUND, Cue.SHOULDERS], np.uint8)
+    np.testing.assert_allclose(lasting('mesh', cues), 1.0)
+    scale = CONVENTIONS['movenet'].sigma_scale
+    np.testing.assert_allclose(lasting('movenet', cues), [scale, scale, 1.0])
+    np.testing.assert_allclose(
+        lasting('unheard of', cues), lasting('coco', cues))
