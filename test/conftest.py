@@ -1,5 +1,10 @@
 """What all tests share."""
+from hypothesis import settings
 import pytest
+
+# A busy machine is slow at times; what a test proves does not depend on it.
+settings.register_profile('patient', deadline=None)
+settings.load_profile('patient')
 
 #: Files of the core that talk to other processes.
 _LIVE = ('test_camera_live', 'test_camera_streams')
