@@ -12,8 +12,11 @@ from depth_person.pose.tracking import Track
 
 #: Whoever is less sure than this on a crop is not confirmed by it.
 _LEAST_SURE = 0.3
-#: Nor is who lies further than this from where the crop was meant for, over the body's size.
+#: Nor is who lies further than this from where the crop was meant for, over the body's size; and
+#: so much further for each second beyond the first tenth that a person was not seen, in all
+#: not more than _MOST_STRAYED.
 _MOST_OFF = 0.25
+_STRAYED_A_SECOND, _MOST_STRAYED, _SEEN_JUST_NOW_S = 0.6, 0.4, 0.1
 #: Somebody new has to be this sure to both networks: the product of the two.
 _LEAST_SURE_OF_NEW = 0.13
 #: A detection this sure needs no crop to confirm it.
@@ -49,8 +52,16 @@ class Seen:
         """Who is not tracked yet (n,)."""
         return np.array([track is None for track in self.tracks], bool)
 
+    def strayed(self, stamp_ns: int) -> Array:
+        """Return (n,) how far, over their size, people may have strayed from what is expected."""
+        missed = np.array([
+            0.0 if track is None else track.missed_s(stamp_ns) for track in self.tracks])
+        return np.clip(
+            _STRAYED_A_SECOND * (missed - _SEEN_JUST_NOW_S), 0.0, _MOST_STRAYED,
+            dtype=np.float32)
 
-def chosen(seen: Seen, marked: Array) -> Array:
+
+def chosen(seen: Seen, marked: Array, stamp_ns: int) -> Array:
     """Return for each person the crop's keypoints, else the detector's, else NaN."""
     points = marked[..., :2]
     enough = np.isfinite(marked[..., 2]).sum(1) >= MIN_KEYPOINTS
@@ -58,7 +69,8 @@ def chosen(seen: Seen, marked: Array) -> Array:
     apart = np.hypot(*np.moveaxis(points - expected, 2, 0))
     known = np.isfinite(apart)
     off = np.where(known, apart, 0).sum(1) / np.maximum(known.sum(1), 1) / seen.sizes
-    good = enough & known.any(1) & (off < _MOST_OFF) & (sureness(marked) >= _LEAST_SURE)
+    good = enough & known.any(1) & (
+        off < _MOST_OFF + seen.strayed(stamp_ns)) & (sureness(marked) >= _LEAST_SURE)
     has_detection = np.isfinite(detected[..., 2]).any(1)
     if not has_detection.any():
         alone: Array = np.where(good[:, None, None], marked, np.float32(np.nan))

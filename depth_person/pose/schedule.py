@@ -10,8 +10,11 @@ from depth_person.pose.looks import far_look, far_parts, Look, whole_looks
 _GAIN_NEAR, _GAIN_MIDDLE, _GAIN_FAR = 1.0, 6.0, 1.0
 #: A part of the frame in which people are.
 _GAIN_PEOPLED = 2.0
-#: Budgets of a frame in which nobody is tracked: the time that no crop takes.
+#: Budgets of a frame in which nobody is tracked, or somebody is lost.
 _IDLE_BUDGETS = 3.0
+#: Frames that come more slowly pay for those that would have come at this rate, but not for more.
+_LEAST_FPS = 15.0
+_MOST_FRAMES = 8.0
 
 
 class Schedule:
@@ -38,17 +41,24 @@ class Schedule:
         """Let the next frame be the first of a stream."""
         self._size = (0, 0)
 
-    def looks(self, width: int, height: int, people: NDArray[np.float32]) -> list[Look]:
+    def looks(
+        self, width: int, height: int, people: NDArray[np.float32], *, elapsed_s: float = 0.0,
+        lost: bool = False,
+    ) -> list[Look]:
         """
         Return the looks to take at the next frame.
 
         :param width: of the frame; frames of another size are another stream.
         :param people: (n, 2) where people are tracked, raw pixels.
+        :param elapsed_s: since the frame before.
+        :param lost: whether one of them was not seen in the frame before.
         """
         if (width, height) != self._size:
             return self._first(width, height)
         self._waited += self._gains * self._peopled(people)
-        self._paid_ms += self._budget_ms * (1.0 if len(people) else _IDLE_BUDGETS)
+        frames = min(max(elapsed_s * _LEAST_FPS, 1.0), _MOST_FRAMES)
+        budgets = 1.0 if len(people) and not lost else _IDLE_BUDGETS
+        self._paid_ms += self._budget_ms * budgets * frames
         chosen: list[Look] = []
         while len(chosen) < len(self._looks):
             next_ = int(self._waited.argmax())

@@ -15,7 +15,7 @@ MAX_MISSED_S = 2.0
 #: A person is found within this of where the track is expected, over the person's size; and so
 #: much further for each second that it was not seen.
 _GATE = 0.55
-_GATE_A_SECOND = 0.25
+_GATE_A_SECOND = 0.5
 #: Not seen for longer than this, a person may as well have stopped.
 _MAY_HAVE_STOPPED_S = 0.25
 #: A person does not seem larger or smaller by more than this factor from one look to the next.

@@ -46,6 +46,7 @@ class TwoSpeed:
         self._tracker = tracker
         self._min_score, self._max_people = min_score, max_people
         self._shape: tuple[int, ...] = ()
+        self._before_ns = 0
         self.inference_s = 0.0
 
     def estimate(self, frame: Frame) -> tuple[Array, NDArray[np.int32]]:
@@ -53,11 +54,13 @@ class TwoSpeed:
         self._begin(frame)
         seen = self._look(frame)
         height, width = frame.image.shape[:2]
-        crops = crops_around(seen.expected, seen.sizes, width=width, height=height)
+        crops = crops_around(
+            seen.expected, seen.sizes * (1 + seen.strayed(frame.stamp_ns)), width=width,
+            height=height)
         marked = self._refiner(frame.image, *crops)
         self.inference_s = self._detector.inference_s + self._refiner.inference_s
         self._blank_guesses(marked)
-        keypoints = chosen(seen, marked)
+        keypoints = chosen(seen, marked, frame.stamp_ns)
         doubles = refuse_doubles(seen, keypoints, frame.stamp_ns)
         doubles |= part_marks(seen, keypoints)
         self._end_young(seen, doubles, frame.stamp_ns)
@@ -95,7 +98,12 @@ class TwoSpeed:
         expected = np.array(
             [track.predicted(frame.stamp_ns) for track in self._tracker.tracks], np.float32,
         ).reshape(-1, N_KEYPOINTS, 2)
-        return expected, self._schedule.looks(width, height, np.nanmean(expected, axis=1))
+        lost = any(track.stamp_ns < self._before_ns for track in self._tracker.tracks)
+        looks = self._schedule.looks(
+            width, height, np.nanmean(expected, axis=1), lost=lost,
+            elapsed_s=(frame.stamp_ns - self._before_ns) * 1e-9)
+        self._before_ns = frame.stamp_ns
+        return expected, looks
 
     def _look(self, frame: Frame) -> Seen:
         """Return who is tracked, and who is new by the looks that are due."""

@@ -75,7 +75,7 @@ def test_two_are_one_when_near_unless_both_are_known_people(x, known, same):
 
 def test_a_crop_that_marks_the_expected_person_is_believed():
     expected, marked = people((300, 300)), people((304, 301))
-    np.testing.assert_array_equal(chosen(seen(expected), marked), marked)
+    np.testing.assert_array_equal(chosen(seen(expected), marked, 0), marked)
 
 
 @pytest.mark.parametrize('marked', [
@@ -84,13 +84,13 @@ def test_a_crop_that_marks_the_expected_person_is_believed():
     np.full((1, 18, 3), np.nan, np.float32),  # nobody
 ])
 def test_whom_the_crop_does_not_confirm_is_not_given(marked):
-    assert np.isnan(chosen(seen(people((300, 300))), marked)).all()
+    assert np.isnan(chosen(seen(people((300, 300))), marked, 0)).all()
 
 
 def test_a_crop_that_slipped_onto_a_neighbour_gives_way_to_the_detection():
     expected = detected = people((300, 300))
     slipped = people((340, 300))
-    result = chosen(seen(expected, detected=detected), slipped)
+    result = chosen(seen(expected, detected=detected), slipped, 0)
     np.testing.assert_array_equal(result, detected)
 
 
@@ -99,7 +99,7 @@ def test_a_crop_that_slipped_onto_a_neighbour_gives_way_to_the_detection():
 def test_somebody_new_has_to_be_sure_to_both_networks(detection, crop, given):
     new = people((300, 300), score=detection)
     result = chosen(
-        seen(new, tracked=False, detected=new), people((301, 300), score=crop))
+        seen(new, tracked=False, detected=new), people((301, 300), score=crop), 0)
     assert np.isfinite(result).any() == given
 
 
@@ -151,3 +151,10 @@ def test_a_crop_holds_the_body_and_stays_inside_the_frame():
     (centre,), (side,) = crops_around(near, body_sizes(near), width=400, height=300)
     assert side == pytest.approx(300, abs=100)
     assert centre - side / 2 == pytest.approx([0, 0], abs=60)
+
+
+@pytest.mark.parametrize(('missed_s', 'believed'), [(0.05, False), (0.5, True)])
+def test_who_was_not_seen_for_a_while_may_have_gone_further(missed_s, believed):
+    expected, marked = people((300, 300)), people((375, 300))
+    result = chosen(seen(expected), marked, round(missed_s * 1e9))
+    assert np.isfinite(result).any() == believed

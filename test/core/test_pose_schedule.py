@@ -79,11 +79,14 @@ def test_every_look_comes_round():
     assert max(counts, key=counts.__getitem__) == whole[-1]
 
 
-def test_an_empty_scene_is_looked_at_three_times_as_often():
+@pytest.mark.parametrize(('people', 'options', 'times'), [
+    (NOBODY, {}, 3.0), (ONE, {'lost': True}, 3.0), (ONE, {'elapsed_s': 0.05}, 1.0),
+    (ONE, {'elapsed_s': 0.2}, 3.0), (ONE, {'elapsed_s': 1.9}, 8.0)])
+def test_empty_scenes_lost_people_and_slow_frames_are_looked_at_more(people, options, times):
     spent = []
-    for people in (ONE, NOBODY):
+    for args, more in ((ONE, {}), (people, options)):
         schedule = Schedule(budget_ms=8.0, input_side=512)
-        schedule.looks(1280, 720, people)
+        schedule.looks(1280, 720, args)
         spent.append(cost(
-            look for _ in range(300) for look in schedule.looks(1280, 720, people)))
-    assert spent[1] / spent[0] == pytest.approx(3.0, rel=0.05)
+            look for _ in range(300) for look in schedule.looks(1280, 720, args, **more)))
+    assert spent[1] / spent[0] == pytest.approx(times, rel=0.05)
