@@ -22,6 +22,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from typing import Any
 
 import cv2
 import numpy as np
@@ -127,8 +128,8 @@ def run_stage(
     looks: list[list[Look]] = []
     due = schedule.Schedule.looks
 
-    def noted(self: schedule.Schedule, *args: object) -> list[Look]:
-        taken = due(self, *args)  # type: ignore[arg-type]
+    def noted(self: schedule.Schedule, *args: Any, **options: Any) -> list[Look]:
+        taken = due(self, *args, **options)
         looks.append(taken)
         return taken
 
