@@ -6,9 +6,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from depth_person.errors import DepthPersonError
 from depth_person.replay.compare import Comparison
-from depth_person.replay.drawing import Axes, Figure, rgb
+from depth_person.replay.drawing import Axes, Figure, rgb, save_figures
 from depth_person.replay.results import PersonRows
 
 
@@ -19,13 +18,7 @@ def draw_comparison(comparison: Comparison, folder: Path) -> list[Path]:
     :raises DepthPersonError: when the folder cannot be written to.
     """
     pictures = {'ranges.png': _ranges(comparison), 'changes.png': _changes(comparison)}
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        for name, figure in pictures.items():
-            figure.savefig(folder / name, dpi=110)
-    except OSError as error:
-        raise DepthPersonError(f'cannot write to {folder}: {error.strerror}') from error
-    return [folder / name for name in pictures]
+    return save_figures(pictures, folder)
 
 
 def _ranges(comparison: Comparison) -> Figure:

@@ -2,7 +2,9 @@
 from __future__ import annotations
 
 from base64 import b64encode
+from collections.abc import Mapping
 from io import BytesIO
+from pathlib import Path
 
 from depth_person.errors import DepthPersonError
 from depth_person.overlay import person_colour
@@ -18,7 +20,7 @@ except ImportError as error:
 #: A figure of more is drawn in pixels.
 MOST_POINTS = 5000
 
-__all__ = ['Axes', 'Figure', 'as_uri', 'colormaps', 'rgb']
+__all__ = ['Axes', 'Figure', 'as_uri', 'colormaps', 'rgb', 'save_figures']
 
 
 def rgb(track_id: int) -> tuple[float, float, float]:
@@ -39,3 +41,18 @@ def as_uri(figure: Figure, *, points: int = 0) -> str:
         figure.savefig(
             buffer, format=kind, dpi=110, metadata={'Date': None} if kind == 'svg' else {})
     return f'data:image/{name};base64,{b64encode(buffer.getvalue()).decode("ascii")}'
+
+
+def save_figures(figures: Mapping[str, Figure], folder: Path) -> list[Path]:
+    """
+    Write figures by their file names into a folder, which is made; return the files.
+
+    :raises DepthPersonError: when the folder cannot be written to.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for name, figure in figures.items():
+            figure.savefig(folder / name, dpi=110)
+    except OSError as error:
+        raise DepthPersonError(f'cannot write to {folder}: {error.strerror}') from error
+    return [folder / name for name in figures]

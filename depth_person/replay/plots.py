@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from depth_person.errors import DepthPersonError
-from depth_person.replay.drawing import colormaps, Figure
+from depth_person.replay.drawing import colormaps, Figure, save_figures
 from depth_person.replay.evaluate import Sample
 
 #: Larger relative errors are drawn at the edge.
@@ -28,13 +28,7 @@ def draw_plots(samples: Sequence[Sample], folder: Path) -> list[Path]:
     pictures = {
         'ranges.png': _ranges(measured), 'errors.png': _errors(measured),
         'coverage.png': _coverage(measured)}
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        for name, figure in pictures.items():
-            figure.savefig(folder / name, dpi=110)
-    except OSError as error:
-        raise DepthPersonError(f'cannot write to {folder}: {error.strerror}') from error
-    return [folder / name for name in pictures]
+    return save_figures(pictures, folder)
 
 
 def _columns(samples: Sequence[Sample]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

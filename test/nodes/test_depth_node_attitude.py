@@ -62,7 +62,9 @@ def test_an_imu_near_the_image_brings_the_ground_in_and_a_far_one_is_reported(do
     attitude = domain.publisher(Imu, 'imu')
     attitude.publish(imu(second=SECOND + 1))
     assert not harness.cues(0) & GROUND
-    domain.fault('depth_node', 'no sample on /imu at the time of the image: the nearest is 1.02 s after')
+    domain.fault(
+        'depth_node',
+        'no sample on /imu at the time of the image: the nearest is 1.02 s after')
     attitude.publish(imu())
     assert harness.cues(GROUND) & GROUND
 
