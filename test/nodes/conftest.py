@@ -167,6 +167,13 @@ def domain(tmp_path):
         yield result
 
 
+@pytest.fixture
+def other_domain(tmp_path_factory):
+    """Return a second ROS domain of the test's own."""
+    with open_domain(tmp_path_factory.mktemp('other_domain')) as result:
+        yield result
+
+
 @pytest.fixture(scope='module')
 def shared_domain(tmp_path_factory):
     """Return a ROS domain that the tests of a module share."""

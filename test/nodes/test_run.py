@@ -1,7 +1,6 @@
 """All nodes in one process: the same numbers as in three, and a clean end."""
 import signal
 
-from conftest import open_domain
 import cv2
 import numpy as np
 import pytest
@@ -52,13 +51,6 @@ def bag(folder, tmp_path_factory):
                 encoding='bgr8', is_bigendian=0, step=3 * picture.shape[1],
                 data=picture.reshape(-1)))
     return path
-
-
-@pytest.fixture
-def other_domain(tmp_path_factory):
-    """Return a second ROS domain of the test's own."""
-    with open_domain(tmp_path_factory.mktemp('other_domain')) as result:
-        yield result
 
 
 @pytest.fixture
