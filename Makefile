@@ -12,7 +12,7 @@ PARAMS ?= config/depth_person.yaml
 VENV := .venv
 NATIVE := .venv-native
 BIN := $(VENV)/bin
-# The core's tests share nothing; those of nodes share the machine's time, and run one by one.
+# Tests of nodes wait more than they compute, and have ROS domains of their own.
 TOGETHER := -n 2 --dist loadfile
 
 .PHONY: help install model demo run test test-native lint clean
@@ -65,7 +65,8 @@ test: lint
 	then $(MAKE) test-native; \
 	else echo 'NumPy 1.26 ends with Python 3.12: the core is not tested with it here'; fi
 	$(BIN)/python -m pytest $(TOGETHER) test/core
-	$(BIN)/python -m pytest test/nodes test/system
+	$(BIN)/python -m pytest $(TOGETHER) test/nodes
+	$(BIN)/python -m pytest test/system
 
 test-native: $(NATIVE)/.installed
 	$(NATIVE)/bin/python -m pytest $(TOGETHER) test/core
