@@ -14,6 +14,7 @@ import yaml
 from depth_person.camera.intrinsics import Intrinsics
 from depth_person.camera.presets import load_preset
 from depth_person.errors import DepthPersonError
+from depth_person.files import write_text
 
 
 def load_camera_info(url: str, *, camera_name: str = 'camera') -> tuple[str, Intrinsics]:
@@ -58,7 +59,6 @@ def save_camera_info(path: str | Path, camera_name: str, intrinsics: Intrinsics)
 
     :raises DepthPersonError: when the file cannot be written.
     """
-    path = Path(path)
     projection = np.column_stack((intrinsics.matrix, np.zeros(3)))
     document = {
         'image_width': intrinsics.width,
@@ -71,19 +71,7 @@ def save_camera_info(path: str | Path, camera_name: str, intrinsics: Intrinsics)
         'projection_matrix': _matrix_node(projection),
     }
     text = yaml.safe_dump(document, sort_keys=False, default_flow_style=None, width=99)
-    temporary = path.with_name(f'.{path.name}.{os.getpid()}')
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        try:
-            with temporary.open('w', encoding='utf-8') as file:
-                file.write(text)
-                file.flush()
-                os.fsync(file.fileno())
-            temporary.replace(path)
-        finally:
-            temporary.unlink(missing_ok=True)
-    except OSError as error:
-        raise DepthPersonError(f'calibration {path} cannot be written: {error}') from error
+    write_text(Path(path), text)
 
 
 def resolve_url(url: str, *, camera_name: str = 'camera') -> Path:

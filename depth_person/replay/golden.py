@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from depth_person.errors import DepthPersonError
+from depth_person.files import write_text
 from depth_person.replay.compare import Tolerances
 from depth_person.replay.record import Record
 from depth_person.replay.results import gather, NEEDED, PersonRows, Results
@@ -34,10 +35,7 @@ def write_golden(path: Path, results: Results, tolerances: Tolerances) -> None:
             f'\n{inner}]}}' if inner else ']}'))
     text = (f'{{\n "tolerances": {json.dumps(asdict(tolerances))},\n "frames": [\n'
             + ',\n'.join(frames) + '\n ]\n}\n')
-    try:
-        path.write_text(text, encoding='utf-8')
-    except OSError as error:
-        raise DepthPersonError(f'cannot write {path}: {error.strerror}') from error
+    write_text(path, text)
 
 
 def read_golden(path: Path) -> tuple[Results, Tolerances]:

@@ -16,6 +16,7 @@ from depth_person.camera.frame import Frame
 from depth_person.camera.message_fields import stamp_ns
 from depth_person.closing import Closing
 from depth_person.errors import DepthPersonError
+from depth_person.files import write_text
 from depth_person.replay.clouds import cloud_points
 
 #: Lies in the folder of a bag of results.
@@ -50,10 +51,7 @@ class RunRecord:
 
     def write(self, bag: Path) -> None:
         """Put the record beside the messages of a bag."""
-        try:
-            (bag / _RECORD).write_text(json.dumps(asdict(self), indent=1), encoding='utf-8')
-        except OSError as error:
-            raise DepthPersonError(f'{bag} cannot be written: {error.strerror}') from error
+        write_text(bag / _RECORD, json.dumps(asdict(self), indent=1))
 
     def check(self, settings: Mapping[str, Any], bag: Path) -> None:
         """Raise DepthPersonError when other settings are asked for than those of this record."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 import argparse
 from collections.abc import Iterator
 import math
-import os
 import sys
 import time
 
@@ -29,6 +28,7 @@ from depth_person.distance.person_calibration import (
     stature,
 )
 from depth_person.errors import DepthPersonError
+from depth_person.files import write_text
 from depth_person.pose.people import People
 
 #: A live camera is looked at for so long where a person stands, seconds.
@@ -154,13 +154,7 @@ def write_person(args: argparse.Namespace) -> None:
         'stature': round(tall.value, 3),
     }
     document = {'/**/depth_node': {'ros__parameters': parameters}}
-    temporary = args.output.with_name(f'.{args.output.name}.{os.getpid()}')
-    try:
-        args.output.parent.mkdir(parents=True, exist_ok=True)
-        temporary.write_text(yaml.safe_dump(document, sort_keys=False), encoding='utf-8')
-        temporary.replace(args.output)
-    except OSError as error:
-        raise DepthPersonError(f'cannot write {args.output}: {error.strerror}') from error
+    write_text(args.output, yaml.safe_dump(document, sort_keys=False))
     print(f'wrote {args.output}; use it with: depth_person run --params {args.output}')
 
 

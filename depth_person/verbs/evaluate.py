@@ -15,7 +15,7 @@ from depth_person.distance.estimator import Body
 from depth_person.distance.estimators import ESTIMATORS, make_estimator
 from depth_person.distance.following import FilterOptions
 from depth_person.distance.scale import body_spread
-from depth_person.errors import DepthPersonError
+from depth_person.files import write_text
 from depth_person.replay.dataset import Fault
 from depth_person.replay.evaluate import Evaluation, Sample
 from depth_person.replay.keypoints import (
@@ -189,8 +189,4 @@ def _write_json(
         'faults': [vars(fault) for fault in faults],
         'samples': [sample.as_json() for sample in samples],
     }
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(json.dumps(result, indent=1, allow_nan=False), encoding='utf-8')
-    except OSError as error:
-        raise DepthPersonError(f'cannot write {path}: {error.strerror}') from error
+    write_text(path, json.dumps(result, indent=1, allow_nan=False))

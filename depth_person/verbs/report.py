@@ -5,7 +5,7 @@ import argparse
 from pathlib import Path
 import sys
 
-from depth_person.errors import DepthPersonError
+from depth_person.files import write_text
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -44,11 +44,7 @@ def main(args: argparse.Namespace) -> int:
     report = make_report(
         args.bag, truth=args.truth, topic=args.topic, image_topic=args.image_topic,
         frames=args.frames)
-    try:
-        args.output.parent.mkdir(parents=True, exist_ok=True)
-        args.output.write_text(report.html, encoding='utf-8')
-    except OSError as error:
-        raise DepthPersonError(f'cannot write {args.output}: {error.strerror}') from error
+    write_text(args.output, report.html)
     print(f'wrote {args.output} ({args.output.stat().st_size / 1e6:.1f} MB)')
     for fault in report.faults:
         print(f'depth_person report: {fault}', file=sys.stderr)

@@ -139,11 +139,7 @@ def _heights(table: BodyTable) -> Iterator[str]:
 def _plot(
     actual: _Array, columns: dict[str, _Array], plain: Agreement, folder: Path,
 ) -> Path:
-    try:
-        from matplotlib.figure import Figure
-    except ImportError as error:
-        raise DepthPersonError(
-            'plots need matplotlib; install it with: pip install "depth_person[demo]"') from error
+    from depth_person.replay.drawing import Figure, save_figures  # needs matplotlib
     figure = Figure(figsize=(7, 7), layout='constrained')
     axes = figure.subplots()
     for (name, told), marker in zip(columns.items(), 'ox+^', strict=False):
@@ -154,10 +150,4 @@ def _plot(
     axes.set(xlabel='actual distance (cm)', ylabel='predicted distance (cm)',
              title=f'RMSE {plain.rmse:.1f} cm, r {plain.pearson_r:.3f}')
     axes.legend(fontsize='small')
-    path = folder / 'validation.png'
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        figure.savefig(path, dpi=110)
-    except OSError as error:
-        raise DepthPersonError(f'cannot write {path}: {error.strerror}') from error
-    return path
+    return save_figures({'validation.png': figure}, folder)[0]

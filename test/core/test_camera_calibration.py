@@ -92,7 +92,7 @@ def test_a_failed_save_leaves_the_old_file_and_nothing_else(calibration, monkeyp
 
     monkeypatch.setattr(os, 'fsync', full_disk)
 
-    with pytest.raises(DepthPersonError, match=r'camera\.yaml cannot be written.*No space left'):
+    with pytest.raises(DepthPersonError, match=r'cannot write .*camera\.yaml.*No space left'):
         save_camera_info(calibration, 'new', INTRINSICS)
 
     assert calibration.read_text() == TEXT
