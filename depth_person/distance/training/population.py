@@ -54,15 +54,6 @@ class Population:
         return Population(*(getattr(self, field.name)[rows] for field in fields(self)))
 
 
-@dataclass(frozen=True, eq=False)
-class _Shapes:
-    """n bodies before they are posed; width is by how many spreads shoulders are off the usual."""
-
-    phenotype: dict[str, Any]
-    child: bool
-    width: NDArray[np.float64]
-
-
 class BodyModel:
     """
     The parametric body model anny with its population sampler (Apache-2.0).
@@ -102,20 +93,21 @@ class BodyModel:
             for child, count in ((False, size - round(size * children)),
                                  (True, round(size * children))):
                 if count:
-                    yield self._posed(self._shapes(count, child))
+                    yield self._posed(self._shapes(count, child), child, self._rng)
             n -= size
 
     def repeated(self, n: int, *, poses: int) -> Iterator[Population]:
         """Yield the same n adults so many times, each time in other poses."""
-        shapes = self._shapes(n, child=False)
+        shapes, seed = self._shapes(n, child=False), self._rng.integers(2 ** 32)
         for _ in range(poses):
-            yield self._posed(shapes)
+            yield self._posed(shapes, child=False, shoulders=np.random.default_rng(seed))
 
     def _ages(self, child: bool) -> Any:
         return self._torch.tensor([4.0, 17.0] if child else [18.0, 75.0],
                                   dtype=self._model.dtype)
 
-    def _shapes(self, n: int, child: bool) -> _Shapes:
+    def _shapes(self, n: int, child: bool) -> dict[str, Any]:
+        """Return what tells the model of n bodies."""
         torch = self._torch
         _, phenotype = self._samplers[child].sample(n)
         ordinary = torch.as_tensor((self._rng.random(n) < ORDINARY) & (not child))
@@ -123,10 +115,17 @@ class BodyModel:
             build = phenotype[name]
             nearer = build.mean() + NEARER * (build - build.mean())
             phenotype[name] = torch.where(ordinary, nearer, build)
-        return _Shapes(phenotype, child, self._rng.normal(0, 1, n))
+        return phenotype
 
-    def _posed(self, shapes: _Shapes) -> Population:
-        torch, phenotype, n = self._torch, shapes.phenotype, len(shapes.width)
+    def _posed(
+        self, phenotype: dict[str, Any], child: bool, shoulders: np.random.Generator,
+    ) -> Population:
+        """
+        Return bodies in random poses.
+
+        :param shoulders: draws how broad they are.
+        """
+        torch, n = self._torch, len(phenotype['gender'])
         sampler = PoseSampler(self._rng, n)
         pose = {}
         for bone, rotation in sampler.sample().items():
@@ -140,26 +139,27 @@ class BodyModel:
             height = (rest[..., 2].amax(1) - rest[..., 2].amin(1)).numpy()
         keypoints = coco17[:, COCO17_ROWS]
         width = np.linalg.norm(at_rest[:, 5] - at_rest[:, 6], axis=-1)
-        if not shapes.child:
-            keypoints, height, width = self._as_ansur(keypoints, height, width, shapes)
+        if not child:
+            keypoints, height, width = self._as_ansur(
+                keypoints, height, width, (phenotype['gender'].numpy() > 0.5).astype(int),
+                shoulders)
         keypoints[:, Keypoint.NECK] = keypoints[:, _SHOULDERS].mean(axis=1)
         return Population(
             keypoints.astype(np.float32), height.astype(np.float32), width.astype(np.float32),
-            np.full(n, shapes.child), sampler.kind)
+            np.full(n, child), sampler.kind)
 
     def _as_ansur(
         self, keypoints: NDArray[np.float64], height: NDArray[np.float64],
-        width: NDArray[np.float64], shapes: _Shapes,
+        width: NDArray[np.float64], sex: NDArray[np.int64], shoulders: np.random.Generator,
     ) -> tuple[NDArray[np.float64], ...]:
         """Return keypoints, statures and shoulder widths as ANSUR II has them."""
-        sex = (shapes.phenotype['gender'].numpy() > 0.5).astype(int)
         stature, wanted = np.empty_like(height), np.empty_like(width)
         for value, (mean, spread) in enumerate(STATURE):
             rows = sex == value
             drawn = height[rows]
             stature[rows] = mean + (drawn - drawn.mean()) * spread / drawn.std()
             offset, slope, rest = BIACROMIAL[value]
-            breadth = offset + slope * stature[rows] + rest * shapes.width[rows]
+            breadth = offset + slope * stature[rows] + shoulders.normal(0, rest, rows.sum())
             wanted[rows] = KEYPOINTS_OF_BIACROMIAL * breadth
         scale = stature / height
         keypoints = keypoints * scale[:, None, None]
