@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from depth_person.autopilot.vehicle import LevelView
 from depth_person.camera.intrinsics import Intrinsics
 from depth_person.distance.tracked import TrackedPeople
+from depth_person.distance.vectors import rays_through
 from depth_person.errors import DepthPersonError
 
 _Array = NDArray[np.float64]
@@ -74,7 +75,7 @@ def scan(
     ranges = np.full(BINS, np.nan, np.float32)
     distances = tracked.distances
     known = distances.known & np.isfinite(distances.range_sigma) & (distances.range > 0)
-    rays = _unit_rays(tracked, intrinsics)
+    rays = rays_through(intrinsics.undistort(tracked.people.keypoints[..., :2]))
     if options.clear:
         ranges[_in_view(intrinsics, view)] = options.range_max + CLEAR_BEYOND
         ranges[_seen_without_range(rays[~known], view)] = np.nan
@@ -99,13 +100,6 @@ def centimetres(metres: ArrayLike) -> NDArray[np.float32]:
     result = (whole / 100).astype(np.float32)
     short = result.astype(np.float64) * 100 < whole
     return np.where(short, np.nextafter(result, np.float32(np.inf)), result)
-
-
-def _unit_rays(tracked: TrackedPeople, intrinsics: Intrinsics) -> _Array:
-    """Return the view rays (n, 18, 3) of all keypoints; NaN where one is missing."""
-    plane = intrinsics.undistort(tracked.people.keypoints[..., :2])
-    rays = np.concatenate([plane, np.ones((*plane.shape[:-1], 1))], axis=-1)
-    return rays / np.linalg.norm(rays, axis=-1, keepdims=True)
 
 
 def _extent(neck: _Array, joints: _Array) -> tuple[_Array, _Array]:

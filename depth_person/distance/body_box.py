@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depth_person.distance.conventions import LOWEST_SCORE, Placement
+from depth_person.distance.vectors import unit, unit_or_zero
 from depth_person.pose.skeleton import Keypoint, N_KEYPOINTS
 
 _Array = NDArray[np.float64]
@@ -114,12 +115,11 @@ def angle_boxes(
     rays = np.zeros((*known.shape, 3))
     rays[known, :2], rays[known, 2] = plane[known], 1.0
     with np.errstate(invalid='ignore', divide='ignore'):
-        length = np.sqrt((rays ** 2).sum(axis=-1, keepdims=True))
-        rays = np.divide(rays, length, out=rays, where=length > 0)
-        top, bottom = np.moveaxis(_unit(_ENDS @ rays), 1, 0)
-        middle = _unit(top + bottom)
+        rays = unit_or_zero(rays)
+        top, bottom = np.moveaxis(unit(_ENDS @ rays), 1, 0)
+        middle = unit(top + bottom)
         step = bottom - top
-        down = _unit(step - (step * middle).sum(axis=-1, keepdims=True) * middle)
+        down = unit(step - (step * middle).sum(axis=-1, keepdims=True) * middle)
         turned = rays @ np.stack([_cross(down, middle), down, middle], axis=-1)
         ahead = np.where(known & (turned[..., 2] > 0), turned[..., 2], np.nan)
         shape, height, face = _shape(turned[..., 0] / ahead, turned[..., 1] / ahead, placement)
@@ -131,7 +131,7 @@ def angle_boxes(
         features[~np.isfinite(features)] = MISSING
         return AngleBoxes(
             features=features, height=height, down=down,
-            neck=_unit(middle + neck_level[:, None] * down))
+            neck=unit(middle + neck_level[:, None] * down))
 
 
 def _shape(x: _Array, y: _Array, placement: Placement) -> tuple[list[_Array], _Array, _Array]:
@@ -170,7 +170,3 @@ def _mean(values: _Array, known: NDArray[np.bool_], rows: Sequence[int]) -> _Arr
 def _cross(a: _Array, b: _Array) -> _Array:
     """Return the cross products (n, 3); np.cross takes several times as long for a few."""
     return a[:, _NEXT] * b[:, _LAST] - a[:, _LAST] * b[:, _NEXT]
-
-
-def _unit(vectors: _Array) -> _Array:
-    return vectors / np.sqrt((vectors ** 2).sum(axis=-1, keepdims=True))

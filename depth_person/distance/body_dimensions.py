@@ -20,6 +20,7 @@ from depth_person.distance.body_box import (
 )
 from depth_person.distance.conventions import CONVENTIONS
 from depth_person.distance.estimator import Body, Cue, Distances, Mounting, Reason, UPSIDE_DOWN
+from depth_person.distance.vectors import unit
 from depth_person.errors import DepthPersonError
 from depth_person.pose.people import People
 from depth_person.pose.runtime import open_session
@@ -223,4 +224,4 @@ def _neck(
     neck = np.where(both, rays[:, _SHOULDERS].mean(axis=1), boxes.neck)
     if people.neck_measured:
         neck = np.where(known[:, [Keypoint.NECK]], rays[:, Keypoint.NECK], neck)
-    return neck / np.sqrt((neck ** 2).sum(axis=1, keepdims=True))
+    return unit(neck)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from depth_person.distance.vectors import unit
 from depth_person.pose.skeleton import Keypoint, N_KEYPOINTS
 
 _Array = NDArray[np.float64]
@@ -98,7 +99,7 @@ def _centred(points: _Array, known: NDArray[np.bool_]) -> tuple[_Array, _Array]:
 
 def _turn_to(direction: _Array) -> _Array:
     """Return the smallest rotations (n, 3, 3) that bring directions (n, 3) onto the z axis."""
-    x, y, z = (direction / np.sqrt((direction ** 2).sum(axis=-1, keepdims=True))).T
+    x, y, z = unit(direction).T
     c = 1 / (1 + z)
     rotation = np.empty((len(direction), 3, 3))
     rotation[:, 0, 0], rotation[:, 1, 1], rotation[:, 2, 2] = 1 - c * x * x, 1 - c * y * y, z

@@ -5,6 +5,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depth_person.distance.filtering import POSITION, States, VELOCITY
+from depth_person.distance.vectors import length
 
 _Array = NDArray[np.float64]
 
@@ -24,7 +25,7 @@ def time_to_contact(
     """
     away = states.mean[:, POSITION] - origin
     velocity = states.mean[:, VELOCITY] - camera_velocity
-    distance = np.sqrt((away ** 2).sum(axis=1, keepdims=True))
+    distance = length(away)[:, None]
     with np.errstate(divide='ignore', invalid='ignore'):
         ray = away / distance
         rate = (ray * velocity).sum(axis=1, keepdims=True)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depth_person.camera.intrinsics import Intrinsics
+from depth_person.distance.vectors import length
 from depth_person.errors import DepthPersonError
 from depth_person.pose.people import People
 
@@ -140,7 +141,7 @@ class Distances:
         known = reason == Reason.NONE
         position = np.where(known[:, None], position, np.nan)
         return cls(
-            range=np.sqrt((position ** 2).sum(axis=1)),
+            range=length(position),
             range_sigma=np.where(known, range_sigma, np.nan), position=position,
             reason=reason, cues=np.where(known, cues, np.uint8(Cue.NONE)))
 

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depth_person.distance.scale import ErrorShares, VIEW_TIME_S
+from depth_person.distance.vectors import length, unit_or_zero
 
 _Array = NDArray[np.float64]
 
@@ -120,10 +121,10 @@ class States:
         :param origin: (3,) where the camera is.
         """
         away, seen = self.mean[:, POSITION] - origin, measured - origin
-        near = np.maximum(_length(away), _NEAREST)
-        axes = _axes(_unit(away))
-        innovation = (axes @ _unit(seen)[..., None])[..., 0]
-        innovation[:, 0] = (np.log(_length(seen) / near)
+        near = np.maximum(length(away), _NEAREST)
+        axes = _axes(unit_or_zero(away))
+        innovation = (axes @ unit_or_zero(seen)[..., None])[..., 0]
+        innovation[:, 0] = (np.log(length(seen) / near)
                             - shares.body * self.mean[:, BODY] - shares.view * self.mean[:, VIEW])
         slope = np.zeros((len(near), 3, N_STATES))
         slope[:, :, POSITION] = axes / near[:, None, None]
@@ -175,14 +176,14 @@ def started(
     """
     n = len(measured)
     away = measured - origin
-    ray = _unit(away)
+    ray = unit_or_zero(away)
     mean = np.zeros((n, N_STATES))
     mean[:, POSITION] = measured
     errors = np.stack([shares.body, shares.view], axis=-1)
     along = ray[:, :, None] * ray[:, None]
     covariance = np.zeros((n, N_STATES, N_STATES))
     covariance[:, POSITION, POSITION] = (
-        (shares.variance * _length(away) ** 2)[:, None, None] * along
+        (shares.variance * length(away) ** 2)[:, None, None] * along
         + (shares.across ** 2)[:, None, None] * (np.eye(3) - along))
     covariance[:, POSITION, BODY:] = -away[:, :, None] * errors[:, None]
     covariance[:, BODY:, POSITION] = covariance[:, POSITION, BODY:].transpose(0, 2, 1)
@@ -193,8 +194,8 @@ def started(
 
 def _covariances(away: _Array, each_way: float, turning: float) -> _Array:
     """Return (n, 3, 3) of spreads each_way, and across the ray turning by metres as well."""
-    ray = _unit(away)
-    wider = (turning * _length(away)) ** 2
+    ray = unit_or_zero(away)
+    wider = (turning * length(away)) ** 2
     across = np.eye(3) - ray[:, :, None] * ray[:, None]
     return each_way ** 2 * np.eye(3) + wider[:, None, None] * across
 
@@ -208,11 +209,3 @@ def _axes(ray: _Array) -> _Array:
     axes = np.eye(3) - mirror[:, :, None] * mirror[:, None] / half
     axes[:, 0] = ray
     return axes
-
-
-def _length(vectors: _Array) -> _Array:
-    return np.sqrt((vectors ** 2).sum(axis=-1))
-
-
-def _unit(vectors: _Array) -> _Array:
-    return vectors / np.maximum(_length(vectors), 1e-9)[..., None]

@@ -12,6 +12,7 @@ from depth_person.distance.filtering import Motion, POSITION, States, VELOCITY
 from depth_person.distance.scale import BODY_SPREAD, lasting
 from depth_person.distance.tracked import CameraPose, TrackedPeople
 from depth_person.distance.tracks import missing, Sightings, Tracks
+from depth_person.distance.vectors import length, unit_or_zero
 from depth_person.errors import DepthPersonError
 from depth_person.pose.people import People
 
@@ -32,7 +33,6 @@ FORGOTTEN_S = 3.0
 BACK_S, BACK_FRAMES = 1.0, 3
 _IN_CAMERA = CameraPose(np.eye(3), np.zeros(3))
 _NS = 1e-9
-_TINY = 1e-9
 
 
 @dataclass(frozen=True)
@@ -136,7 +136,7 @@ class PeopleFilter:
         if before is not None and pose is not None and elapsed_s > 0:
             velocity = (pose.position - before.position) / elapsed_s
         fixed = (before is not None and pose is not None
-                 and float(_length(velocity)) <= LARGEST_SPEED)
+                 and float(length(velocity)) <= LARGEST_SPEED)
         if before is not None and not fixed:
             states = _doubted(_seen_from(states, before, self._camera_velocity))
         states = states.predicted(
@@ -205,8 +205,7 @@ def _doubted(states: States) -> States:
 
 def _along_rays(states: States) -> tuple[_Array, _Array]:
     """Return (n,) the spreads of range and of its rate, for states in the camera's frame."""
-    away = states.mean[:, POSITION]
-    ray = away / np.maximum(_length(away), _TINY)[:, None]
+    ray = unit_or_zero(states.mean[:, POSITION])
     sigmas = [
         np.sqrt((ray[:, None] @ states.covariance[:, part, part] @ ray[..., None])[:, 0, 0])
         for part in (POSITION, VELOCITY)]
@@ -223,7 +222,3 @@ def _filled(values: NDArray, rows: NDArray[np.bool_], new: object) -> NDArray:
     result = values.copy()
     result[rows] = new
     return result
-
-
-def _length(vectors: _Array) -> _Array:
-    return np.sqrt((vectors ** 2).sum(axis=-1))

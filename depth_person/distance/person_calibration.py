@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from depth_person.camera.intrinsics import Intrinsics
 from depth_person.distance.estimator import Body, DistanceEstimator
 from depth_person.distance.skeleton import SkeletonEstimator
+from depth_person.distance.vectors import length, rays_through
 from depth_person.errors import DepthPersonError
 from depth_person.pose.people import People
 from depth_person.pose.skeleton import Keypoint
@@ -120,10 +121,8 @@ def shoulder_width(stands: list[Stand], intrinsics: Intrinsics) -> Measured:
     """
     parts = []
     for stand in stands:
-        rays = intrinsics.undistort(stand.people.keypoints[:, _SHOULDERS, :2])
-        rays = np.concatenate([rays, np.ones((*rays.shape[:2], 1))], axis=-1)
-        rays /= np.linalg.norm(rays, axis=-1, keepdims=True)
-        widths = stand.range * np.linalg.norm(rays[:, 0] - rays[:, 1], axis=-1)
+        rays = rays_through(intrinsics.undistort(stand.people.keypoints[:, _SHOULDERS, :2]))
+        widths = stand.range * length(rays[:, 0] - rays[:, 1])
         parts.append(widths[np.isfinite(widths)])
     widths = np.concatenate(parts)
     _check_enough(len(widths))

@@ -17,6 +17,7 @@ from depth_person.distance.lifter import (
     Lifter,
     lifter_inputs,
 )
+from depth_person.distance.vectors import rays_through, unit
 from depth_person.pose.people import People
 from depth_person.pose.skeleton import Keypoint, N_KEYPOINTS
 
@@ -75,7 +76,7 @@ class SkeletonEstimator:
         known = _usable(people)
         plane = intrinsics.undistort(people.keypoints[..., :2])
         known &= np.isfinite(plane).all(axis=-1)
-        rays = _rays(plane)
+        rays = rays_through(plane)
         view = canonicalise(rays, known)
         convention = CONVENTIONS[name]
         noise = convention.noise_rad(
@@ -122,16 +123,6 @@ def _usable(people: People) -> NDArray[np.bool_]:
     return known & ~(same & _EARLIER).any(axis=2)
 
 
-def _rays(plane: _Array) -> _Array:
-    """Return unit view rays (..., 3) through points (..., 2) of the plane z = 1."""
-    rays = np.concatenate([plane, np.ones((*plane.shape[:-1], 1))], axis=-1)
-    return _unit(rays)
-
-
-def _unit(vectors: _Array) -> _Array:
-    return vectors / np.sqrt((vectors ** 2).sum(axis=-1, keepdims=True))
-
-
 def _rad_per_px(intrinsics: Intrinsics, view: Canonical) -> _Array:
     """Return (n,) how many radians a pixel takes where the person stands; less off the axis."""
     cosine = view.rotation[:, 2, 2]
@@ -142,12 +133,12 @@ def _neck(people: People, rays: _Array, view: Canonical, lifted: Lifted) -> _Arr
     """Return unit view rays (n, 3) of the necks: marked, midway of the shoulders, or lifted."""
     with np.errstate(all='ignore'):
         point = lifted.neck / view.guess[:, None] + view.centroid
-        neck = (_rays(point)[:, None] @ view.rotation)[:, 0]
+        neck = (rays_through(point)[:, None] @ view.rotation)[:, 0]
         both = view.known[:, _SHOULDERS].all(axis=1, keepdims=True)
         neck = np.where(both, rays[:, _SHOULDERS].sum(axis=1), neck)
         marked = view.known[:, Keypoint.NECK]
         neck = np.where(marked[:, None], rays[:, Keypoint.NECK], neck)
-        return _unit(neck)
+        return unit(neck)
 
 
 def _fused(
