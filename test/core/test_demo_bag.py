@@ -81,12 +81,13 @@ def test_the_true_range_is_the_length_of_the_true_position():
         assert np.linalg.norm(positions, axis=1) == pytest.approx(people['range'], rel=1e-3)
 
 
-@pytest.mark.parametrize('person', [AWAY, ACROSS, TURNING])
-def test_skeletons_give_the_range_of_whoever_walks_or_turns(sightings, person):
+@pytest.mark.parametrize(('person', 'limit'), [
+    (AWAY, 0.115),  # is larger than most: true keypoints read 0.915
+    (ACROSS, 0.06), (TURNING, 0.08)])
+def test_skeletons_give_the_range_of_whoever_walks_or_turns(sightings, person, limit):
     measured = ratios(sightings, person, make_estimator('skeleton'))
     assert len(measured) >= 0.8 * len(sightings)
-    # AWAY is larger than most: true keypoints read 0.915.
-    assert np.median(np.abs(measured - 1)) < 0.125
+    assert np.median(np.abs(measured - 1)) < limit
 
 
 @pytest.mark.parametrize(('person', 'when'), [(AWAY, ALWAYS), (TURNING, FACING)])
