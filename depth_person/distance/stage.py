@@ -79,6 +79,8 @@ class DistanceStage:
 def within(distances: Distances, max_range: float) -> Distances:
     """Return the distances without those beyond max_range metres, which get their reason."""
     far = distances.known & (distances.range > max_range)
+    if not far.any():
+        return distances
     return Distances.of(
         position=distances.position, range_sigma=distances.range_sigma, cues=distances.cues,
         reason=np.where(far, np.uint8(Reason.OUT_OF_RANGE), distances.reason))
