@@ -18,7 +18,7 @@ from depth_person.distance.body_box import (
     PIXEL_FEATURES,
     usable,
 )
-from depth_person.distance.conventions import CONVENTIONS
+from depth_person.distance.conventions import convention_of
 from depth_person.distance.estimator import Body, Cue, Distances, Mounting, Reason, UPSIDE_DOWN
 from depth_person.distance.vectors import unit
 from depth_person.errors import DepthPersonError
@@ -165,7 +165,7 @@ class BodyDimensionsEstimator:
         self._check_camera(intrinsics)
         if len(people) == 0:
             return Distances.none(0, Reason.NONE), np.empty(0)
-        placement = CONVENTIONS.get(people.convention, CONVENTIONS['coco']).placement
+        placement = convention_of(people.convention).placement
         gravity = mounting.down
         plane = intrinsics.undistort(people.keypoints[..., :2])
         known = usable(people.keypoints)

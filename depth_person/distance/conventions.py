@@ -160,3 +160,8 @@ CONVENTIONS: Mapping[str, Convention] = {
             ankle_drop=-0.05),
         pixel_sigma=1.0, body_sigma=0.015, usual_score=0.7, score_power=1.0, sigma_scale=1.35),
 }
+
+
+def convention_of(name: str) -> Convention:
+    """Return the convention of this name; `coco` for a name that nobody has measured."""
+    return CONVENTIONS.get(name, CONVENTIONS['coco'])

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from depth_person.distance.conventions import CONVENTIONS
+from depth_person.distance.conventions import convention_of
 from depth_person.distance.estimator import Body, Cue
 from depth_person.distance.shoulder import ShoulderEstimator
 
@@ -103,8 +103,7 @@ def lasting(convention: str, cues: NDArray[np.uint8]) -> _Array:
     A network's habits, which sigma_scale of its convention stands for, last as long as a person
     is seen from one side, and on people who walk that is no shorter than the filter's memory.
 
-    :param convention: a name of conventions.CONVENTIONS.
+    :param convention: as convention_of takes it.
     :param cues: (n,) of Cue; of skeletons only is sigma scaled.
     """
-    scale = CONVENTIONS.get(convention, CONVENTIONS['coco']).sigma_scale
-    return np.where(cues & Cue.SKELETON, scale, 1.0)
+    return np.where(cues & Cue.SKELETON, convention_of(convention).sigma_scale, 1.0)

@@ -5,7 +5,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depth_person.camera.intrinsics import Intrinsics
-from depth_person.distance.conventions import CONVENTIONS
+from depth_person.distance.conventions import convention_of
 from depth_person.distance.estimator import Body, Cue, Distances, Mounting, Reason
 from depth_person.distance.triangulation import shoulder_depth
 from depth_person.pose.people import People
@@ -88,8 +88,7 @@ class ShoulderEstimator:
         pixels = np.where(finite.all(axis=-1, keepdims=True), keypoints[..., :2], np.nan)
         extent = _length(np.fmax.reduce(pixels, axis=1) - np.fmin.reduce(pixels, axis=1))
         px_per_m = np.fmax(gap / self._width, extent / _LONGEST_EXTENT)
-        convention = CONVENTIONS.get(people.convention, CONVENTIONS['coco'])
-        sigma = convention.noise_px(keypoints[..., 2], px_per_m=px_per_m)
+        sigma = convention_of(people.convention).noise_px(keypoints[..., 2], px_per_m=px_per_m)
         return np.where(finite.all(axis=-1), sigma, np.nan)[:, _ROWS]
 
     def _depth(

@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 
 from depth_person.camera.intrinsics import Intrinsics
 from depth_person.distance.canonical import Canonical, canonicalise
-from depth_person.distance.conventions import Convention, CONVENTIONS, LOWEST_SCORE
+from depth_person.distance.conventions import Convention, convention_of, CONVENTIONS, LOWEST_SCORE
 from depth_person.distance.estimator import Body, Cue, Distances, Mounting, Reason, UPSIDE_DOWN
 from depth_person.distance.ground import ground_range
 from depth_person.distance.lifter import (
@@ -63,8 +63,8 @@ class SkeletonEstimator:
     def __init__(self, body: Body = Body(), *, lifter: Lifter | None = None) -> None:
         self._body = body
         self._lifter = default_lifter() if lifter is None else lifter
-        self._told = {name: self._knowledge(convention).as_features()
-                      for name, convention in CONVENTIONS.items()}
+        self._told = {convention: self._knowledge(convention).as_features()
+                      for convention in CONVENTIONS.values()}
 
     def estimate(
         self, people: People, intrinsics: Intrinsics, mounting: Mounting = Mounting(),
@@ -72,19 +72,18 @@ class SkeletonEstimator:
         """Return one distance a person; never raises for what a keypoint holds."""
         if len(people) == 0:
             return Distances.none(0, Reason.NONE)
-        name = people.convention if people.convention in CONVENTIONS else 'coco'
         known = _usable(people)
         plane = intrinsics.undistort(people.keypoints[..., :2])
         known &= np.isfinite(plane).all(axis=-1)
         rays = rays_through(plane)
         view = canonicalise(rays, known)
-        convention = CONVENTIONS[name]
+        convention = convention_of(people.convention)
         noise = convention.noise_rad(
             people.keypoints[..., 2].astype(np.float64),
             rad_per_px=_rad_per_px(intrinsics, view), guess=view.guess)
         gravity = mounting.down
         lifted = self._lifter.lift(lifter_inputs(
-            view, noise_rad=noise, gravity=gravity, told=self._told[name]))
+            view, noise_rad=noise, gravity=gravity, told=self._told[convention]))
         neck = _neck(people, rays, view, lifted)
         rays = np.where(view.known[..., None], rays, np.nan)
         body_sigma = convention.sigma_scale * lifted.log_sigma
