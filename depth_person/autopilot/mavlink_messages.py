@@ -77,8 +77,8 @@ class Companion:
         step = 360 // BINS
         return _packed(self._own, dialect.MAVLink_obstacle_distance_message(
             time_usec=stamp_ns // 1000, sensor_type=dialect.MAV_DISTANCE_SENSOR_UNKNOWN,
-            distances=told.tolist(), increment=step, min_distance=math.floor(range_min * 100),
-            max_distance=math.floor(range_max * 100), increment_f=float(step), angle_offset=0.0,
+            distances=told.tolist(), increment=step, min_distance=_limit(range_min),
+            max_distance=_limit(range_max), increment_f=float(step), angle_offset=0.0,
             frame=dialect.MAV_FRAME_BODY_FRD))
 
     def obstacles_3d(
@@ -110,6 +110,11 @@ class Companion:
             lon=round(place.longitude * 1e7), alt=place.altitude, vel=nothing, acc=nothing,
             attitude_q=[1.0, 0.0, 0.0, 0.0], rates=nothing,
             position_cov=[sigma_horizontal, sigma_vertical, 0.0], custom_state=0))
+
+
+def _limit(metres: float) -> int:
+    """Return a limit of a scan in centimetres, of whatever a publisher says it is."""
+    return math.floor(min(max(0.0, metres * 100), UNKNOWN - 1))
 
 
 def _packed(sender: Any, message: Any) -> bytes:

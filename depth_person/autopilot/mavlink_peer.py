@@ -3,6 +3,7 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass
+import math
 from typing import Any
 
 import numpy as np
@@ -22,6 +23,7 @@ _ANSWERS, _ATTITUDES = 10, 100
 #: started again.
 _JUMP_NS = 1_000_000_000
 _AUTOPILOT = 1  # component id
+_POLE = 900_000_000  # degrees times 1e7
 
 
 class PeerClock:
@@ -110,12 +112,13 @@ class Peer:
             self._heard_ns = now_ns
         elif kind == 'TIMESYNC' and message.tc1 != 0:
             self.clock.take_answer(tc1=message.tc1, ts1=message.ts1, now_ns=now_ns)
-        elif kind == 'ATTITUDE':
+        elif kind == 'ATTITUDE' and all(
+                map(math.isfinite, (message.roll, message.pitch, message.yaw))):
             rotation = ned_from_body(roll=message.roll, pitch=message.pitch, yaw=message.yaw)
-            if np.isfinite(rotation).all():
-                self._attitudes.append(
-                    _Attitude(self._stamp_ns(message.time_boot_ms, now_ns), rotation))
-        elif kind == 'GLOBAL_POSITION_INT' and (message.lat or message.lon):  # 0, 0 is no fix
+            self._attitudes.append(
+                _Attitude(self._stamp_ns(message.time_boot_ms, now_ns), rotation))
+        elif (kind == 'GLOBAL_POSITION_INT' and abs(message.lat) <= _POLE
+                and (message.lat or message.lon)):  # 0, 0 is no fix
             self._position = _Position(
                 self._stamp_ns(message.time_boot_ms, now_ns),
                 Place(message.lat * 1e-7, message.lon * 1e-7, message.alt * 1e-3),

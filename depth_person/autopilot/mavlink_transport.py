@@ -135,8 +135,11 @@ class _Serial:
             raise DepthPersonError(
                 f'the serial line {device} needs pyserial ({error}); install it: pip install '
                 "'depth_person[mavlink]'") from error
-        self._port = serial.Serial(
-            device, baud_rate, timeout=0, write_timeout=_WRITE_TIMEOUT_S, exclusive=True)
+        try:
+            self._port = serial.Serial(
+                device, baud_rate, timeout=0, write_timeout=_WRITE_TIMEOUT_S, exclusive=True)
+        except (ValueError, OverflowError) as error:
+            raise OSError(f'{device} takes no {baud_rate} baud: {error}') from error
 
     def wait(self, timeout_s: float) -> bool:
         return bool(select.select([self._port.fileno()], [], [], timeout_s)[0])

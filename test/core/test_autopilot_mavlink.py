@@ -316,6 +316,38 @@ def test_attitudes_turn_the_body_as_mavlink_says(roll, pitch, yaw, seen, expecte
     assert rotation @ seen == pytest.approx(expected, abs=1e-3)
 
 
+@pytest.mark.parametrize('message', [
+    dialect.MAVLink_attitude_message(0, math.inf, 0, 0, 0, 0, 0),
+    dialect.MAVLink_attitude_message(0, 0, 0, math.nan, 0, 0, 0),
+    dialect.MAVLink_global_position_int_message(
+        0, 2**31 - 1, 80_000_000, 500_000, 0, 0, 0, 0, 0)])
+def test_what_no_vehicle_can_be_at_is_passed_over(message):
+    peer = Peer(1)
+    peer.take(dialect.MAVLink_attitude_message(0, 0, 0, 0, 0, 0, 0), SECOND)
+    peer.take(dialect.MAVLink_global_position_int_message(
+        0, 470_000_000, 80_000_000, 500_000, 0, 0, 0, 0, 0), SECOND)
+    peer.take(message, 2 * SECOND)
+    place, rotation = peer.place_of(np.zeros(3), SECOND * 5 // 4)
+    assert (place.latitude, place.longitude) == pytest.approx((47.0, 8.0))
+    assert rotation == pytest.approx(np.eye(3))
+    assert peer.place_of(np.zeros(3), 2 * SECOND) is None
+
+
+def test_the_limits_of_any_scan_can_be_sent():
+    packet = Companion(**COMPANION).obstacle_distance(
+        np.full(72, np.nan, np.float32), stamp_ns=SECOND, range_min=math.nan, range_max=math.inf)
+    message, = dialect.MAVLink(None).parse_buffer(packet)
+    assert (message.min_distance, message.max_distance) == (0, 65534)
+
+
+def test_a_speed_that_a_serial_line_cannot_have_is_a_problem_of_the_line():
+    controller, line = os.openpty()
+    with pytest.raises(OSError, match='takes no 99999999999 baud'):
+        Connection('serial', os.ttyname(line), 99_999_999_999).open()
+    os.close(controller)
+    os.close(line)
+
+
 def test_a_target_is_placed_by_where_the_vehicle_was_when_it_was_seen():
     peer = Peer(1)
     stamp_ns = 100 * SECOND
