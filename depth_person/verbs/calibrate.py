@@ -2,7 +2,6 @@
 from __future__ import annotations
 
 import argparse
-import math
 from pathlib import Path
 import re
 
@@ -16,6 +15,7 @@ from depth_person.verbs.calibrate_ways import (
     from_person,
     write_person,
 )
+from depth_person.verbs.numbers import positive
 
 #: Ways of calibrating, by the option that chooses each.
 _WAYS = ('chessboard', 'charuco', 'at', 'fov', 'diagonal_fov')
@@ -38,8 +38,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     board.add_argument(
         '--chessboard', type=_counts, metavar='CxR', help='inner corners across and down')
     board.add_argument('--charuco', type=_counts, metavar='CxR', help='squares across and down')
-    board.add_argument('--square', type=_positive, metavar='M', help='side of a square, metres')
-    board.add_argument('--marker', type=_positive, metavar='M', help='side of a marker, metres')
+    board.add_argument('--square', type=positive, metavar='M', help='side of a square, metres')
+    board.add_argument('--marker', type=positive, metavar='M', help='side of a marker, metres')
     board.add_argument(
         '--dictionary', default='4X4_50', help='of the markers (default %(default)s)')
     board.add_argument(
@@ -57,12 +57,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help='frames of the person at this distance, from the lens to the base of the neck; may '
              'be given several times')
     person.add_argument(
-        '--distance-sigma', type=_positive, default=0.05, metavar='M',
+        '--distance-sigma', type=positive, default=0.05, metavar='M',
         help='how well it was measured, one standard deviation (default %(default)s m)')
     person.add_argument(
-        '--shoulder-width', type=_positive, metavar='M',
+        '--shoulder-width', type=positive, metavar='M',
         help='between the shoulder keypoints; 0.35 unless a stature is given')
-    person.add_argument('--stature', type=_positive, metavar='M', help="the person's")
+    person.add_argument('--stature', type=positive, metavar='M', help="the person's")
     person.add_argument(
         '--estimator', choices=('skeleton', 'shoulder'), default='skeleton',
         help='how keypoints are turned into a range (default %(default)s; shoulder is the '
@@ -72,8 +72,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="learn the person's shoulder width and stature instead; needs --camera-info-url")
     person.add_argument('--camera-info-url', metavar='URL', help="the camera's calibration")
     field = parser.add_argument_group('from a field of view')
-    field.add_argument('--fov', type=_positive, metavar='DEG', help='horizontal')
-    field.add_argument('--diagonal-fov', type=_positive, metavar='DEG', help='corner to corner')
+    field.add_argument('--fov', type=positive, metavar='DEG', help='horizontal')
+    field.add_argument('--diagonal-fov', type=positive, metavar='DEG', help='corner to corner')
     field.add_argument('--size', type=_counts, metavar='WxH', help='of the image, pixels')
 
 
@@ -108,14 +108,3 @@ def _counts(text: str) -> tuple[int, int]:
     if match is None or not (int(match[1]) and int(match[2])):
         raise argparse.ArgumentTypeError(f'{text!r} is not like 9x6')
     return int(match[1]), int(match[2])
-
-
-def _positive(text: str) -> float:
-    """Return a number above zero."""
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not 0 < value < math.inf:
-        raise argparse.ArgumentTypeError(f'{text!r} is not a number above zero')
-    return value

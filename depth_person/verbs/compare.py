@@ -4,7 +4,6 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable, Iterator
 from dataclasses import fields, replace
-import math
 from pathlib import Path
 import sys
 
@@ -15,6 +14,7 @@ from depth_person.errors import DepthPersonError
 from depth_person.replay.compare import compare, Comparison, IDS, Tolerances
 from depth_person.replay.golden import read_golden
 from depth_person.replay.results import read_results, Results
+from depth_person.verbs.numbers import at_least
 
 _DEFAULTS = Tolerances()
 _TOLERANCES = {
@@ -36,7 +36,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
             help='bag with results, or .json file of golden values, whose tolerances then hold')
     for name, meaning in _TOLERANCES.items():
         parser.add_argument(
-            f'--{name}', type=_share, metavar='SHARE', help=f'{meaning} '
+            f'--{name}', type=at_least(0.0), metavar='SHARE', help=f'{meaning} '
             f'(default {getattr(_DEFAULTS, name):g}, or what the golden values say)')
     parser.add_argument(
         '--ids', choices=IDS, default=IDS[0],
@@ -45,24 +45,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         '--topic', metavar='NAME', help='of the results, in a bag that has several')
     parser.add_argument(
-        '--lines', type=_count, default=20, metavar='N',
+        '--lines', type=at_least(0), default=20, metavar='N',
         help='list the N people who moved most (default %(default)s)')
     parser.add_argument(
         '--plots', type=Path, metavar='DIR', help='draw the differences as PNG files')
-
-
-def _share(text: str) -> float:
-    value = float(text)
-    if not 0 <= value < math.inf:
-        raise argparse.ArgumentTypeError(f'{text} is no number of at least 0')
-    return value
-
-
-def _count(text: str) -> int:
-    value = int(text)
-    if value < 0:
-        raise argparse.ArgumentTypeError(f'{text} is negative')
-    return value
 
 
 def main(args: argparse.Namespace) -> int:

@@ -27,6 +27,7 @@ from depth_person.replay.keypoints import (
 )
 from depth_person.replay.metrics import summarise
 from depth_person.replay.reading import read_dataset
+from depth_person.verbs.numbers import at_least
 
 #: Column heading -> the figure under it and how it is printed.
 _COLUMNS = {
@@ -50,7 +51,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         '--keypoints', choices=('network', 'truth', 'recorded'), default='network',
         help='where keypoints come from (default %(default)s)')
     parser.add_argument(
-        '--noise', type=_at_least(0.0), default=0.0, metavar='PX',
+        '--noise', type=at_least(0.0), default=0.0, metavar='PX',
         help='standard deviation added to true keypoints (default 0)')
     parser.add_argument('--seed', type=int, default=0, help='of that noise (default 0)')
     parser.add_argument(
@@ -76,23 +77,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         '--pose-input-size', type=int, metavar='PX', help='longer side of the image it sees')
     parser.add_argument(
-        '--limit', type=_at_least(1), metavar='N', help='stop after N stills and sequences')
+        '--limit', type=at_least(1), metavar='N', help='stop after N stills and sequences')
     parser.add_argument(
         '--json', type=Path, metavar='OUT', help='write every sample and the summary')
     parser.add_argument(
         '--plots', type=Path, metavar='DIR', help='draw the errors as PNG files')
-
-
-def _at_least(lowest: float | int) -> Callable[[str], float | int]:
-    """Return a converter for argparse that takes numbers of the lowest one's type from it on."""
-    def number(text: str) -> float | int:
-        value = type(lowest)(text)
-        if not lowest <= value < float('inf'):
-            raise ValueError(text)
-        return value
-
-    number.__name__ = f'number of at least {lowest}'  # named so in argparse's message
-    return number
 
 
 def main(args: argparse.Namespace) -> int:

@@ -6,6 +6,7 @@ from pathlib import Path
 import sys
 
 from depth_person.files import write_text
+from depth_person.verbs.numbers import at_least
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -27,15 +28,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         '--image-topic', metavar='NAME', help='of the sample frames, in a bag that has several')
     parser.add_argument(
-        '--frames', type=_count, default=6, metavar='N',
+        '--frames', type=at_least(0, at_most=100), default=6, metavar='N',
         help='how many sample frames (default %(default)s)')
-
-
-def _count(text: str) -> int:
-    value = int(text)
-    if not 0 <= value <= 100:
-        raise argparse.ArgumentTypeError(f'{text} is not from 0 to 100')
-    return value
 
 
 def main(args: argparse.Namespace) -> int:

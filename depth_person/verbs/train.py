@@ -7,6 +7,7 @@ from pathlib import Path
 from tqdm import tqdm
 
 from depth_person.errors import DepthPersonError
+from depth_person.verbs.numbers import at_least
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -18,9 +19,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         '--out', type=Path, required=True, metavar='DIR',
         help='folder for skeleton.onnx and skeleton.json')
     skeleton.add_argument(
-        '--bodies', type=_positive, metavar='N', help='people to sample (default 30000)')
+        '--bodies', type=at_least(1), metavar='N', help='people to sample (default 30000)')
     skeleton.add_argument(
-        '--epochs', type=_positive, metavar='N',
+        '--epochs', type=at_least(1), metavar='N',
         help='how often each is seen, each time in another view (default 800)')
     skeleton.add_argument('--seed', type=int, metavar='S', help='default 1')
     skeleton.set_defaults(train=_train_skeleton)
@@ -37,19 +38,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         '--model', choices=('paper', 'normalised', 'both'), default='both',
         help='pixels before one camera, angles for any camera, or both (default %(default)s)')
     boxes.add_argument(
-        '--bodies', type=_positive, default=24000, metavar='N',
+        '--bodies', type=at_least(1), default=24000, metavar='N',
         help='people to sample for population (default %(default)s)')
     boxes.add_argument(
-        '--trees', type=_positive, default=120, metavar='N',
+        '--trees', type=at_least(1), default=120, metavar='N',
         help='in each ensemble (default %(default)s)')
     boxes.set_defaults(train=_train_body_dimensions)
-
-
-def _positive(text: str) -> int:
-    value = int(text)
-    if value < 1:
-        raise argparse.ArgumentTypeError(f'{text} is not a positive number')
-    return value
 
 
 def main(args: argparse.Namespace) -> int:

@@ -19,6 +19,7 @@ from depth_person.distance.validation import (
     without_bias,
 )
 from depth_person.errors import DepthPersonError
+from depth_person.verbs.numbers import positive
 
 _Array = NDArray[np.float64]
 
@@ -40,17 +41,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help='predict with this model of kind paper, from the columns '
              + ', '.join(PIXEL_FEATURES))
     parser.add_argument(
-        '--dx', type=_positive, metavar='CM',
+        '--dx', type=positive, metavar='CM',
         help="the paper's step towards the actual distance (default: s / sqrt(n) of the errors)")
     parser.add_argument(
         '--plots', type=Path, metavar='DIR', help='draw the scatter plot into DIR/validation.png')
-
-
-def _positive(text: str) -> float:
-    value = float(text)
-    if not 0 < value < float('inf'):
-        raise argparse.ArgumentTypeError(f'{text} is not a positive number')
-    return value
 
 
 def main(args: argparse.Namespace) -> int:
