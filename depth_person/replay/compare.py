@@ -3,6 +3,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, fields
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -71,12 +72,12 @@ class Comparison:
         """Whether only one of both has the person in this frame."""
         return ~self.pairs.both
 
-    @property
+    @cached_property
     def beyond(self) -> NDArray[np.bool_]:
         """Whether the person differs by more than tolerated."""
         return self.missing | self.range_lost | self.id_moved | (self.excess > 1)
 
-    @property
+    @cached_property
     def excess(self) -> _Array:
         """The largest change over its tolerance; 0 where there are none."""
         changes = np.array([
