@@ -4,12 +4,12 @@ from __future__ import annotations
 from pathlib import Path
 import time
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from depth_person.errors import DepthPersonError
 from depth_person.pose import decode
+from depth_person.pose.cutting import CropCutter
 from depth_person.pose.movenet import INPUT, read_interface, STRIDE
 from depth_person.pose.runtime import open_session
 from depth_person.pose.skeleton import from_coco17
@@ -19,8 +19,6 @@ CONVENTION = 'movenet_crops'
 #: By how much MoveNet marks too far up and left, in pixels of the crop: half of what is between
 #: a crop's keypoints and those of its mirror image. By the side of the input.
 _LEAN = {192: 0.2, 256: 0.0}
-#: The frame is halved, by averaging, until no crop shrinks by more than this.
-_MOST_SHRINKING = 2.0
 
 
 class Refiner:
@@ -47,8 +45,7 @@ class Refiner:
         self.side = side
         self.inference_s = 0.0
         self._lean = np.float32(_LEAN.get(side, 0.0))
-        self._crops = np.empty((0, side, side, 3), np.uint8)
-        self._halves: list[NDArray[np.uint8]] = []
+        self._cutter = CropCutter(side)
 
     def __call__(
         self, image: NDArray[np.uint8], centres: NDArray[np.float32],
@@ -65,7 +62,7 @@ class Refiner:
         self.inference_s = 0.0
         if not len(centres):
             return from_coco17(np.empty((0, decode.N_COCO17, 3), np.float32))
-        crops = self._cut(image, centres, sides)
+        crops = self._cutter.cut(image, centres, sides)
         start = time.perf_counter()
         heads = self._session.run(self._heads, {INPUT: crops})
         self.inference_s = time.perf_counter() - start
@@ -74,44 +71,3 @@ class Refiner:
         scale = (sides / np.float32(self.side))[:, None, None]
         keypoints[..., :2] = in_crop * scale + centres[:, None]
         return from_coco17(keypoints)
-
-    def _cut(
-        self, image: NDArray[np.uint8], centres: NDArray[np.float32],
-        sides: NDArray[np.float32],
-    ) -> NDArray[np.uint8]:
-        """Return (n, side, side, 3) RGB crops, valid until the next call."""
-        if len(self._crops) < len(centres):
-            self._crops = np.empty((len(centres), self.side, self.side, 3), np.uint8)
-        crops = self._crops[:len(centres)]
-        halvings = np.ceil(np.log2(np.maximum(sides / (self.side * _MOST_SHRINKING), 1)))
-        sources = self._halved(image, int(halvings.max()))
-        for crop, centre, side, times in zip(crops, centres, sides, halvings, strict=True):
-            source = sources[int(times)]
-            cv2.warpAffine(
-                source, self._from_crop(centre, side, source, image), (self.side, self.side),
-                dst=crop, flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP)
-            cv2.cvtColor(crop, cv2.COLOR_BGR2RGB, dst=crop)
-        return crops
-
-    def _halved(self, image: NDArray[np.uint8], times: int) -> list[NDArray[np.uint8]]:
-        """Return an image, and it halved once, twice and so on, in buffers that are kept."""
-        sources = [image]
-        for index in range(times):
-            height, width = (max(length // 2, 1) for length in sources[-1].shape[:2])
-            if index == len(self._halves) or self._halves[index].shape[:2] != (height, width):
-                self._halves[index:] = [np.empty((height, width, 3), np.uint8)]
-            sources.append(self._halves[index])
-            cv2.resize(
-                sources[-2], (width, height), dst=sources[-1], interpolation=cv2.INTER_AREA)
-        return sources
-
-    def _from_crop(
-        self, centre: NDArray[np.float32], side: np.float32, source: NDArray[np.uint8],
-        image: NDArray[np.uint8],
-    ) -> NDArray[np.float64]:
-        """Return the matrix (2, 3) from pixels of the crop to those of the source."""
-        smaller = np.array(source.shape[1::-1]) / image.shape[1::-1]
-        scale = smaller * (side / self.side)
-        middle = (centre.astype(np.float64) + 0.5) * smaller - 0.5
-        corner = middle - scale * (self.side - 1) / 2
-        return np.array([[scale[0], 0.0, corner[0]], [0.0, scale[1], corner[1]]])
