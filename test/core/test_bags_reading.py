@@ -2,6 +2,7 @@
 from concurrent.futures import ThreadPoolExecutor
 import logging
 
+from bag_kinds import types_with
 from bag_messages import string
 from hypothesis import given, HealthCheck, settings
 from hypothesis import strategies as st
@@ -10,7 +11,6 @@ from mcap.writer import Writer as McapWriter
 import numpy as np
 import pytest
 from rosbags.rosbag2 import StoragePlugin, Writer
-from rosbags.typesys import get_types_from_msg, get_typestore, Stores
 
 from depth_person.errors import DepthPersonError
 from depth_person.replay.bags import BagReader, BagWriter, jazzy_types
@@ -244,9 +244,7 @@ def test_messages_that_do_not_decode_are_left_out_and_counted(tmp_path, caplog):
 
 
 def test_types_that_only_the_bag_defines_are_read(tmp_path):
-    types = get_typestore(Stores.ROS2_JAZZY)
-    types.register(get_types_from_msg(
-        'std_msgs/Header header\nfloat32 wingspan', 'birds/msg/Bird'))
+    types = types_with('birds/msg/Bird', 'std_msgs/Header header\nfloat32 wingspan')
     bird = types.types['birds/msg/Bird'](
         header=types.types['std_msgs/msg/Header'](
             stamp=types.types['builtin_interfaces/msg/Time'](sec=1, nanosec=2), frame_id='nest'),

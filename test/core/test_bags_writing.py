@@ -3,26 +3,15 @@ import signal
 import subprocess
 import sys
 
+from bag_kinds import LATCHED
 from bag_messages import header, string
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 import pytest
-from rosbags.interfaces import (
-    Qos,
-    QosDurability,
-    QosHistory,
-    QosLiveliness,
-    QosReliability,
-    QosTime,
-)
 from rosbags.rosbag2 import Reader, Writer
 
 from depth_person.errors import DepthPersonError
 from depth_person.replay.bags import BagReader, BagWriter
-
-LATCHED = Qos(
-    QosHistory.KEEP_LAST, 1, QosReliability.RELIABLE, QosDurability.TRANSIENT_LOCAL,
-    QosTime(0, 0), QosTime(0, 0), QosLiveliness.AUTOMATIC, QosTime(0, 0), False)
 
 
 @pytest.mark.parametrize('compress', [False, True])

@@ -3,20 +3,13 @@ from collections import Counter
 import itertools
 import time
 
+from bag_kinds import LATCHED, types_with
 from bag_messages import camera_info, compressed, header, image, K, new, picture, string
 import numpy as np
 import pytest
-from rosbags.interfaces import (
-    Qos,
-    QosDurability,
-    QosHistory,
-    QosLiveliness,
-    QosReliability,
-    QosTime,
-)
 from rosbags.rosbag1 import Writer as Ros1Writer
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
-from rosbags.typesys import get_types_from_msg, get_typestore, Stores
+from rosbags.typesys import get_typestore, Stores
 
 from depth_person.camera.bag import BagReader
 from depth_person.distance.stage import DistanceOptions, DistanceStage
@@ -30,9 +23,6 @@ from depth_person.replay.unfinished import RecordedPeople
 from depth_person.settings.depth import DepthSettings
 
 SECOND = 10**9
-LATCHED = Qos(
-    QosHistory.KEEP_LAST, 1, QosReliability.RELIABLE, QosDurability.TRANSIENT_LOCAL,
-    QosTime(0, 0), QosTime(0, 0), QosLiveliness.AUTOMATIC, QosTime(0, 0), False)
 
 
 def stamp(index):
@@ -148,8 +138,7 @@ def test_images_can_be_left_out(tmp_path):
 
 
 def test_profiles_and_definitions_go_along_also_of_types_that_nobody_here_knows(tmp_path):
-    types = get_typestore(Stores.ROS2_JAZZY)
-    types.register(get_types_from_msg('string name\nfloat64 value', 'my_msgs/msg/Pair'))
+    types = types_with('my_msgs/msg/Pair', 'string name\nfloat64 value')
     pair = types.types['my_msgs/msg/Pair'](name='wind', value=3.5)
     with BagWriter(tmp_path / 'in', types=types) as writer:
         writer.add_topic('/pair', 'my_msgs/msg/Pair', qos=[LATCHED])
