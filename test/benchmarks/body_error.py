@@ -10,6 +10,8 @@ errors about the mean; both of the logarithm of range.
 """
 from __future__ import annotations
 
+import argparse
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -53,6 +55,7 @@ def seen(
 
 
 def main() -> None:
+    argparse.ArgumentParser(description=__doc__.splitlines()[1]).parse_args()
     random = np.random.default_rng(0)
     estimator = make_estimator('skeleton')
     poses = list(BodyModel(seed=7).repeated(PEOPLE, poses=POSES))

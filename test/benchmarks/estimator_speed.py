@@ -7,6 +7,7 @@ Prints the median of many calls, by turns, so that other work on the machine fal
 """
 from __future__ import annotations
 
+import argparse
 import statistics
 import time
 
@@ -31,6 +32,7 @@ def crowd(n: int) -> People:
 
 
 def main() -> None:
+    argparse.ArgumentParser(description=__doc__.splitlines()[1]).parse_args()
     estimators = [make_estimator(name) for name in ESTIMATORS]
     for n in (1, 10):
         people = crowd(n)

@@ -7,6 +7,7 @@ Prints the median of many calls, by turns, so that other work on the machine fal
 """
 from __future__ import annotations
 
+import argparse
 import statistics
 import time
 
@@ -19,6 +20,7 @@ _STEP_NS = 33_000_000
 
 
 def main() -> None:
+    argparse.ArgumentParser(description=__doc__.splitlines()[1]).parse_args()
     estimator = make_estimator('skeleton')
     for n in (1, 8, 20):
         people, people_filter = crowd(n), PeopleFilter()
