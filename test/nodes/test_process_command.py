@@ -220,4 +220,5 @@ def test_a_parameter_file_and_a_namespace_are_obeyed(walk, tmp_path):
         people = [cloud_points(message)[0] for _, _, message in
                   reader.messages(['/front/person_depth/people'])]
     assert len(people) == FRAMES
+    assert all(map(len, people))
     assert all(np.isnan(each['range']).all() for each in people), 'nobody is nearer than 1 m'

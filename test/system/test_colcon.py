@@ -21,7 +21,8 @@ def workspace(tmp_path_factory):
     return folder / 'install' / 'depth_person'
 
 
-@pytest.mark.parametrize('executable', ['camera_node', 'pose_node', 'depth_node'])
+@pytest.mark.parametrize('executable', [
+    'camera_node', 'pose_node', 'depth_node', 'mavlink_node'])
 def test_executables_are_where_ros2_run_looks(workspace, executable):
     assert (workspace / 'lib' / 'depth_person' / executable).stat().st_mode & 0o100
 
