@@ -11,7 +11,7 @@ from depth_person import cli
 from depth_person.distance.body_box import ANGLE_FEATURES, MISSING
 from depth_person.distance.body_dimensions import BodyDimensionsModel, FEATURES, model_file
 from depth_person.distance.training.body_report import figures
-from depth_person.distance.training.body_rows import normalised_rows, paper_rows, tilted
+from depth_person.distance.training.body_rows import normalised_rows, paper_rows
 from depth_person.distance.training.body_tables import table_rows
 from depth_person.distance.training.body_views import (
     PAPER_CAMERA,
@@ -21,6 +21,7 @@ from depth_person.distance.training.body_views import (
     random_views,
 )
 from depth_person.distance.training.population import Population
+from depth_person.distance.training.views import tilted
 from depth_person.errors import DepthPersonError
 
 CAMERA = {'focal_px': 900.0, 'center_x_px': 639.5, 'center_y_px': 359.5, 'pitch_down_deg': 0.0}

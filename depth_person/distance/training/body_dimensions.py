@@ -31,7 +31,7 @@ from depth_person.distance.training.body_views import (
     random_camera,
     random_views,
 )
-from depth_person.distance.training.population import BodyModel, Population
+from depth_person.distance.training.population import Population, sample_population
 
 #: The paper's protocol: this part of the rows is held out, drawn with this seed.
 TEST_PART, SPLIT_SEED = 0.3, 66
@@ -67,10 +67,7 @@ def sample_people(seed: int, n: int, *, progress: Progress) -> Population:
     :param progress: like tqdm: takes an iterable and desc.
     :raises DepthPersonError: when torch or anny is not installed.
     """
-    batches = list(progress(BodyModel(seed).sample(n, children=CHILDREN), desc='bodies'))
-    return Population(*(
-        np.concatenate([getattr(batch, field.name) for batch in batches])
-        for field in fields(Population)))
+    return sample_population(seed, n, children=CHILDREN, progress=progress)
 
 
 def fit_population(

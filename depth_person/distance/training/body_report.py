@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depth_person.distance.estimator import DistanceEstimator, Mounting
-from depth_person.distance.training.body_rows import tilted
 from depth_person.distance.training.body_views import BodyViews
+from depth_person.distance.training.views import tilted
 
 _Array = NDArray[np.float64]
 

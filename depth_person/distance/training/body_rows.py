@@ -2,18 +2,15 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from depth_person.distance.body_box import angle_boxes, pixel_boxes, usable
 from depth_person.distance.conventions import CONVENTIONS
 from depth_person.distance.training.body_fit import Rows
 from depth_person.distance.training.body_views import BodyViews
+from depth_person.distance.training.views import tilted
 
-_Array = NDArray[np.float64]
-
-#: Part of the views that know their gravity, and least and largest spread of it, radians.
+#: Part of the views that know their gravity.
 GRAVITY_KNOWN = 0.5
-TILT = (0.003, 0.03)
 #: Part of the adults that a camera sees which has been told of children; as many as there are
 #: children.
 AMONG_CHILDREN = 1 / 3
@@ -36,10 +33,3 @@ def paper_rows(views: BodyViews) -> Rows:
     rows = Rows('paper', pixel_boxes(views.people.keypoints), views.stature, views.distance,
                 views.person)
     return rows.take(np.flatnonzero(np.isfinite(rows.features).all(axis=1)))
-
-
-def tilted(rng: np.random.Generator, direction: _Array) -> _Array:
-    """Return directions (n, 3) off the given ones by an attitude sensor's error."""
-    sigma = np.exp(rng.uniform(np.log(TILT[0]), np.log(TILT[1]), (len(direction), 1)))
-    off = direction + rng.normal(0, 1, direction.shape) * sigma
-    return off / np.linalg.norm(off, axis=1, keepdims=True)

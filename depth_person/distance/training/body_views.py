@@ -11,6 +11,7 @@ from depth_person.camera.intrinsics import Intrinsics
 from depth_person.distance.body_dimensions import ModelCamera
 from depth_person.distance.training.population import Population
 from depth_person.distance.training.poses import KINDS
+from depth_person.distance.training.views import log_uniform, turned_bodies
 from depth_person.pose.people import People
 from depth_person.pose.skeleton import Keypoint, N_KEYPOINTS
 
@@ -85,7 +86,7 @@ def random_camera(rng: np.random.Generator) -> Intrinsics:
     else:
         width, height = ((1280, 720), (1920, 1080), (3840, 2160))[rng.integers(3)]
         ratios = FOCAL_LENGTHS
-    focal_px = width * float(_log_uniform(rng, ratios, 1)[0])
+    focal_px = width * float(log_uniform(rng, ratios, 1)[0])
     return Intrinsics(width, height, focal_px, focal_px, (width - 1) / 2, (height - 1) / 2)
 
 
@@ -94,7 +95,7 @@ def random_views(
 ) -> BodyViews:
     """Return at most n random people of any pose, wherever they are in the image as a whole."""
     person = rng.choice(_of_stature(people), n)
-    distance = _log_uniform(rng, RANGES, n)
+    distance = log_uniform(rng, RANGES, n)
     elevation = np.radians(np.where(
         rng.random(n) < 0.6, rng.normal(2, 6, n), rng.uniform(5, 50, n)))
     neck = np.stack([0 * distance, np.sin(elevation) * distance, np.cos(elevation) * distance], -1)
@@ -135,10 +136,7 @@ def _of_stature(people: Population) -> NDArray[np.intp]:
 
 def _stood(bodies: NDArray[np.float32], yaw: _Array) -> _Array:
     """Return keypoints (n, 18, 3) from their necks in a level camera's axes; yaw 0 faces it."""
-    x, y, z = np.moveaxis(bodies.astype(np.float64) - bodies[:, [Keypoint.NECK]], -1, 0)
-    cos, sin = np.cos(yaw)[:, None], np.sin(yaw)[:, None]
-    # The body's axes are left, back, up; the camera's right, down, forward.
-    return np.stack([cos * x - sin * y, -z, sin * x + cos * y], axis=-1)
+    return turned_bodies(bodies.astype(np.float64) - bodies[:, [Keypoint.NECK]], yaw)
 
 
 def _views(
@@ -148,8 +146,8 @@ def _views(
     """Return the views of keypoints (n, 18, 3) in the camera's frame, those that have a box."""
     n = len(points)
     neck, down = points[:, Keypoint.NECK], turn[:, :, 1]
-    noise_px = _log_uniform(rng, NOISE_PX, (n, 1, 1)) * camera.width / 1280
-    marked = points + rng.normal(0, 1, points.shape) * _log_uniform(rng, NOISE_M, (n, 1, 1))
+    noise_px = log_uniform(rng, NOISE_PX, (n, 1, 1)) * camera.width / 1280
+    marked = points + rng.normal(0, 1, points.shape) * log_uniform(rng, NOISE_M, (n, 1, 1))
     pixels = camera.project(marked) + rng.normal(0, 1, (n, N_KEYPOINTS, 2)) * noise_px
     share = rng.choice([0.0, 0.06, 0.2], (n, 1), p=[0.5, 0.35, 0.15])
     with np.errstate(invalid='ignore'):
@@ -171,13 +169,6 @@ def _views(
                      Keypoint.L_EAR]].any(axis=1)
     ankle = shown[:, [Keypoint.R_ANKLE, Keypoint.L_ANKLE]].any(axis=1)
     return views.take(np.flatnonzero(face & ankle))
-
-
-def _log_uniform(
-    rng: np.random.Generator, limits: tuple[float, float], shape: int | tuple[int, ...],
-) -> _Array:
-    """Return values between two limits, every ratio alike."""
-    return np.exp(rng.uniform(np.log(limits[0]), np.log(limits[1]), shape))
 
 
 def _pitches(angle: _Array) -> _Array:

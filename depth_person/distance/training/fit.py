@@ -18,7 +18,7 @@ from torch.utils.data import DataLoader, IterableDataset
 from depth_person.distance.lifter import Lifted, Lifter, LifterInputs
 from depth_person.distance.training.metrics import report, temperature
 from depth_person.distance.training.network import LifterNetwork
-from depth_person.distance.training.population import BodyModel, Population
+from depth_person.distance.training.population import Population, sample_population
 from depth_person.distance.training.views import Examples, make_examples
 
 #: Examples that judge, and as many that set the temperature.
@@ -78,9 +78,11 @@ def fit(
     :raises DepthPersonError: when anny is missing.
     """
     torch.manual_seed(options.seed)
-    people = _population(options.seed, options.bodies, options.children, progress)
-    others = _population(
-        options.seed + 1000, max(options.bodies // 10, 100), options.children, progress)
+    people = sample_population(
+        options.seed, options.bodies, children=options.children, progress=progress)
+    others = sample_population(
+        options.seed + 1000, max(options.bodies // 10, 100), children=options.children,
+        progress=progress)
     rng = np.random.default_rng([options.seed, 1])
     calibration, judging = (make_examples(rng, others, _HELD_OUT) for _ in range(2))
     network = LifterNetwork(options.width)
@@ -97,15 +99,6 @@ def fit(
     text = json.dumps(summary, indent=2) + '\n'
     (folder / 'skeleton.json').write_text(text, encoding='utf-8')
     return summary
-
-
-def _population(
-    seed: int, n: int, children: float, progress: Callable[..., Any],
-) -> Population:
-    batches = list(progress(BodyModel(seed).sample(n, children=children), desc='bodies'))
-    return Population(*(
-        np.concatenate([getattr(batch, field.name) for batch in batches])
-        for field in fields(Population)))
 
 
 def _train(

@@ -1,7 +1,7 @@
 """People of our own making: keypoints of random bodies in random poses."""
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, fields
 from typing import Any
 import warnings
@@ -164,6 +164,21 @@ class BodyModel:
         scale = stature / height
         keypoints = keypoints * scale[:, None, None]
         return widen_shoulders(keypoints, wanted / (width * scale)), stature, wanted
+
+
+def sample_population(
+    seed: int, n: int, *, children: float, progress: Callable[..., Any],
+) -> Population:
+    """
+    Return n people of our own making, this part of them children.
+
+    :param progress: like tqdm: takes an iterable and desc.
+    :raises DepthPersonError: when torch or anny is not installed.
+    """
+    batches = list(progress(BodyModel(seed).sample(n, children=children), desc='bodies'))
+    return Population(*(
+        np.concatenate([getattr(batch, field.name) for batch in batches])
+        for field in fields(Population)))
 
 
 def widen_shoulders(

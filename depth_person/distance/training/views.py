@@ -16,6 +16,7 @@ from depth_person.distance.lifter import (
 )
 from depth_person.distance.training.hiding import swapped, visible
 from depth_person.distance.training.population import Population
+from depth_person.distance.vectors import unit
 from depth_person.pose.skeleton import Keypoint, N_KEYPOINTS
 
 _Array = NDArray[np.float64]
@@ -25,6 +26,8 @@ RANGES = (1.0, 45.0)
 #: Keypoint noise: least and largest, as an angle (of a pixel or two) and on the body, metres.
 NOISE_RAD = (3e-4, 5e-3)
 NOISE_M = (1e-3, 3e-2)
+#: Least and largest error of an attitude sensor, radians.
+TILT = (0.003, 0.03)
 #: Least and largest figures of a placement, in the order of conventions.Placement.
 FIGURES = np.array([
     (-0.32, 0.06), (-0.06, 0.12), (-0.4, 0.35), (-0.15, 0.15), (-0.2, 0.2), (-0.08, 0.08),
@@ -78,7 +81,7 @@ def make_examples(
     people = people.take(_draw(rng, people.child, allow_children))
     yaw = rng.uniform(-np.pi, np.pi, n)
     elevation = _elevations(rng, n)
-    distance = _log_uniform(rng, RANGES, n)
+    distance = log_uniform(rng, RANGES, n)
     figures = rng.uniform(FIGURES[:, 0], FIGURES[:, 1], (n, N_FIGURES))
     told = figures + rng.normal(0, 1, figures.shape) * FIGURES_SIGMA
     mesh = rng.random(n) < options.mesh_convention
@@ -96,7 +99,7 @@ def make_examples(
     view = canonicalise(rays, known)
     knowledge = _knowledge(rng, people, figures, told, allow_children, options)
     gravity = np.where((rng.random(n) < options.gravity)[:, None],
-                       _tilted(rng, np.array([0.0, 1.0, 0.0]), n), np.nan)
+                       tilted(rng, np.broadcast_to((0.0, 1.0, 0.0), (n, 3))), np.nan)
     inputs = lifter_inputs(
         view, noise_rad=stated, gravity=gravity, told=knowledge.as_features())
     examples = Examples(
@@ -106,7 +109,7 @@ def make_examples(
     return examples.take(usable & (np.abs(examples.neck) < 5).all(axis=1))
 
 
-def _log_uniform(
+def log_uniform(
     rng: np.random.Generator, limits: tuple[float, float], shape: int | tuple[int, ...],
 ) -> _Array:
     """Return values between two limits, every ratio alike."""
@@ -137,19 +140,23 @@ def _seen(
 ) -> tuple[_Array, _Array]:
     """Return the necks' (n, 3) and the marked keypoints' (n, 18, 3) places in level cameras."""
     marked = place(bodies.astype(np.float64), figures)
-    cos, sin = np.cos(yaw)[:, None], np.sin(yaw)[:, None]
     neck = np.stack([0 * distance, np.sin(elevation) * distance, np.cos(elevation) * distance], -1)
-    x, y, z = np.moveaxis(marked - bodies[:, [Keypoint.NECK]], -1, 0)
+    return neck, turned_bodies(marked - bodies[:, [Keypoint.NECK]], yaw) + neck[:, None]
+
+
+def turned_bodies(points: NDArray[np.floating], yaw: _Array) -> _Array:
+    """Return points (n, k, 3) of bodies in a level camera's axes; yaw (n,) 0 faces it."""
+    x, y, z = np.moveaxis(points, -1, 0)
+    cos, sin = np.cos(yaw)[:, None], np.sin(yaw)[:, None]
     # The body's axes are left, back, up; the camera's right, down, forward.
-    points = np.stack([cos * x - sin * y, -z, sin * x + cos * y], axis=-1)
-    return neck, points + neck[:, None]
+    return np.stack([cos * x - sin * y, -z, sin * x + cos * y], axis=-1)
 
 
 def _noise(rng: np.random.Generator, distance: _Array) -> tuple[_Array, _Array]:
     """Return the stated and the actual spreads (n, 18) of keypoints, radians."""
     n = len(distance)
-    angle = _log_uniform(rng, NOISE_RAD, (n, 1))
-    body = _log_uniform(rng, NOISE_M, (n, 1)) / distance[:, None]
+    angle = log_uniform(rng, NOISE_RAD, (n, 1))
+    body = log_uniform(rng, NOISE_M, (n, 1)) / distance[:, None]
     uneven = rng.choice([0.0, 0.5], (n, 1), p=[0.4, 0.6])
     stated = np.hypot(angle, body) * np.exp(uneven * rng.normal(0, 1, (n, N_KEYPOINTS)))
     stray = rng.random((n, N_KEYPOINTS)) < 0.02
@@ -158,18 +165,16 @@ def _noise(rng: np.random.Generator, distance: _Array) -> tuple[_Array, _Array]:
 
 def _jittered(rng: np.random.Generator, points: _Array, noise: _Array) -> _Array:
     """Return unit view rays (n, 18, 3) of points, off by so many radians on either axis."""
-    rays = points / np.linalg.norm(points, axis=-1, keepdims=True)
+    rays = unit(points)
     off = rng.normal(0, 1, rays.shape) * noise[..., None]
     off -= (off * rays).sum(axis=-1, keepdims=True) * rays
-    rays = rays + off
-    return rays / np.linalg.norm(rays, axis=-1, keepdims=True)
+    return unit(rays + off)
 
 
-def _tilted(rng: np.random.Generator, direction: _Array, n: int) -> _Array:
-    """Return n directions off the given one by an attitude sensor's error."""
-    sigma = _log_uniform(rng, (0.003, 0.03), (n, 1))
-    tilted = direction + rng.normal(0, 1, (n, 3)) * sigma
-    return tilted / np.linalg.norm(tilted, axis=-1, keepdims=True)
+def tilted(rng: np.random.Generator, direction: _Array) -> _Array:
+    """Return directions (n, 3) off the given ones by an attitude sensor's error."""
+    sigma = log_uniform(rng, TILT, (len(direction), 1))
+    return unit(direction + rng.normal(0, 1, direction.shape) * sigma)
 
 
 def _knowledge(
@@ -181,7 +186,7 @@ def _knowledge(
     marked_width = people.shoulder_width * np.exp(figures[:, 0])
 
     def given(truth: NDArray[np.floating], share: float) -> tuple[_Array, _Array]:
-        sigma = _log_uniform(rng, (0.005, 0.08), n)
+        sigma = log_uniform(rng, (0.005, 0.08), n)
         sigma = np.where(rng.random(n) < share, sigma, np.nan)
         return np.asarray(truth * np.exp(rng.normal(0, 1, n) * sigma), np.float64), sigma
 
