@@ -10,8 +10,10 @@ from numpy.typing import NDArray
 
 from depth_person.errors import DepthPersonError
 from depth_person.pose.graph import Graph
-from depth_person.pose.warps import Matrix
+from depth_person.pose.warps import fitted_size, letterbox_matrix, Matrix
 
+#: Sides of an input that may have any size are multiples of this, the largest stride in use.
+_SIDE_STEP = 32
 _TYPES = {'float': np.float32, 'float16': np.float16, 'uint8': np.uint8}
 
 #: Names of what networks make of a byte: (byte - mean) / std, mean and std in the order R, G, B.
@@ -78,6 +80,22 @@ class ImageTensor:
         mean, std = (np.array(each, np.float32) for each in PIXEL_VALUES[values])
         self._scale = (1 / std)[::-self._step]
         self._shift = (-mean / std)[::-self._step]
+
+    def fit(
+        self, image: NDArray[np.uint8], long_side: int,
+    ) -> tuple[NDArray[np.generic], Matrix, tuple[int, int]]:
+        """
+        Return the tensor of a whole image, which lies in the upper left.
+
+        :param image: (height, width, 3) BGR.
+        :param long_side: of the image in the tensor where the network takes any size.
+        :returns: the tensor, the matrix (1, 2, 3) from raw pixels to its own, and its width and
+            height.
+        """
+        raw_size = image.shape[1], image.shape[0]
+        size = self.size or fitted_size(raw_size, long_side, step=_SIDE_STEP)
+        matrix = letterbox_matrix(raw_size, size)[None]
+        return self.fill(image, matrix, size), matrix, size
 
     def fill(
         self, image: NDArray[np.uint8], matrices: Matrix, size: tuple[int, int],

@@ -13,12 +13,9 @@ from depth_person.pose.movenet import MIN_KEYPOINTS
 from depth_person.pose.options import PoseOptions
 from depth_person.pose.paf import group, Limb
 from depth_person.pose.skeleton import N_KEYPOINTS
-from depth_person.pose.warps import fitted_size, letterbox_matrix, to_raw
+from depth_person.pose.warps import to_raw
 
 Array = NDArray[np.float32]
-
-#: Sides of an input that may have any size are multiples of this, the largest stride in use.
-_SIDE_STEP = 32
 
 
 @dataclass(frozen=True)
@@ -125,13 +122,9 @@ class OpenPose:
         """Return the people in an image; see PoseNetwork."""
         check_image(image)
         self._graph.restart()
-        raw_size = image.shape[1], image.shape[0]
-        size = self._tensor.size or fitted_size(
-            raw_size, self._options.input_size, step=_SIDE_STEP)
-        matrix = letterbox_matrix(raw_size, size)[None]
-        outputs = self._graph.run(self._tensor.fill(image, matrix, size), self._heads.names)
-        heat, field = self._split(outputs)
         options, layout = self._options, self._heads.layout
+        tensor, matrix, size = self._tensor.fit(image, options.input_size)
+        heat, field = self._split(self._graph.run(tensor, self._heads.names))
         peaks = find_peaks(heat[..., :layout.n_parts], min_score=options.min_score)
         people = group(peaks, field, layout.limbs, n_maps=layout.n_parts)
         stride = np.array(size, np.float32) / heat.shape[1::-1]

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from depth_person.errors import DepthPersonError
 from depth_person.pose.graph import Graph
 from depth_person.pose.image_tensor import ImageTensor, Pixels
-from depth_person.pose.warps import fitted_size, letterbox_matrix
 
 try:
     import onnx
@@ -26,9 +25,8 @@ except ImportError as error:
 PRECISIONS = ('fp16', 'int8')
 #: Images that a calibration looks at; more change little.
 _MOST_IMAGES = 40
-#: Longer side of the images for a network that takes any size, and what its sides are multiples
-#: of.
-_LONG_SIDE, _SIDE_STEP = 512, 32
+#: Longer side of the images for a network that takes any size.
+_LONG_SIDE = 512
 _SUFFIXES = ('.png', '.jpg', '.jpeg', '.bmp', '.webp')
 
 
@@ -134,7 +132,5 @@ class Calibration(CalibrationDataReader):
             image = cv2.imread(str(path), cv2.IMREAD_COLOR)
             if image is None:
                 raise DepthPersonError(f'{path} is not an image that OpenCV can read')
-            raw_size = image.shape[1], image.shape[0]
-            size = self._tensor.size or fitted_size(raw_size, _LONG_SIDE, step=_SIDE_STEP)
-            matrix = letterbox_matrix(raw_size, size)[None]
-            yield {self._name: self._tensor.fill(image, matrix, size)}
+            tensor, _, _ = self._tensor.fit(image, _LONG_SIDE)
+            yield {self._name: tensor}

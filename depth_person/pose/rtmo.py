@@ -10,10 +10,8 @@ from depth_person.pose.image_tensor import check_image, ImageTensor, Pixels
 from depth_person.pose.movenet import MIN_KEYPOINTS
 from depth_person.pose.options import PoseOptions
 from depth_person.pose.skeleton import from_coco17
-from depth_person.pose.warps import fitted_size, letterbox_matrix, to_raw
+from depth_person.pose.warps import to_raw
 
-#: Sides of an input that may have any size are multiples of this.
-_SIDE_STEP = 32
 #: Grey that surrounded the images in training.
 _BORDER = 114
 #: Two boxes that share more than this part of their union are of the same person.
@@ -52,11 +50,9 @@ class Rtmo:
         """Return the people in an image; see PoseNetwork."""
         check_image(image)
         self._graph.restart()
-        options, raw_size = self._options, (image.shape[1], image.shape[0])
-        size = self._tensor.size or fitted_size(raw_size, options.input_size, step=_SIDE_STEP)
-        matrix = letterbox_matrix(raw_size, size)[None]
-        dets, marks = self._graph.run(
-            self._tensor.fill(image, matrix, size), ('dets', 'keypoints'))
+        options = self._options
+        tensor, matrix, _ = self._tensor.fit(image, options.input_size)
+        dets, marks = self._graph.run(tensor, ('dets', 'keypoints'))
         rows = _distinct(dets[0], min_score=options.min_score)
         keypoints = marks[0, rows]
         keypoints[..., :2] = to_raw(matrix, keypoints[..., :2].reshape(1, -1, 2)).reshape(
