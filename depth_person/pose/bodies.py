@@ -9,7 +9,7 @@ from depth_person.pose.skeleton import Keypoint
 Array = NDArray[np.float32]
 Bools = NDArray[np.bool_]
 
-#: Distance of two marks of one keypoint at which they are half alike, over the body's size.
+#: Spread of marks where sizes are those that body_sizes tells, see likeness.
 _MARK_SPREAD = 0.05
 #: Two skeletons more alike than this are the same person.
 _SAME_PERSON = 0.45
@@ -61,17 +61,22 @@ def body_sizes(points: Array) -> Array:
     return np.maximum(longer, told.max(1)).astype(np.float32)
 
 
-def likeness(first: Array, second: Array, first_sizes: Array, second_sizes: Array) -> Array:
+def likeness(
+    first: Array, second: Array, first_sizes: Array, second_sizes: Array, *,
+    spread: float = _MARK_SPREAD,
+) -> Array:
     """
     Return (n, m) how alike skeletons are: 1 the same, 0 nothing in common.
 
-    :param first: (n, 18, 2), NaN where missing.
-    :param second: (m, 18, 2).
-    :param first_sizes: (n,) as body_sizes tells them; the smaller of two counts.
+    :param first: (n, k, 2), NaN where missing.
+    :param second: (m, k, 2).
+    :param first_sizes: (n,) of the bodies; the smaller of two counts.
+    :param spread: distance of two marks of one keypoint at which they are half alike, over the
+        body's size.
     """
     size = np.minimum(first_sizes[:, None], second_sizes[None])
     apart = first[:, None] - second[None]
-    apart = np.hypot(apart[..., 0], apart[..., 1]) / (_MARK_SPREAD * size)[..., None]
+    apart = np.hypot(apart[..., 0], apart[..., 1]) / (spread * size)[..., None]
     near = np.exp2(-np.square(np.nan_to_num(apart, nan=np.inf)))
     seen, other_seen = (np.isfinite(each[..., 0]).sum(1) for each in (first, second))
     return near.sum(2) / np.maximum(np.minimum(seen[:, None], other_seen[None]), 1)

@@ -12,6 +12,7 @@ import onnxruntime
 
 from depth_person.errors import DepthPersonError
 from depth_person.pose import decode
+from depth_person.pose.bodies import likeness
 from depth_person.pose.runtime import open_session
 from depth_person.pose.skeleton import from_coco17
 
@@ -37,9 +38,9 @@ MIN_KEYPOINTS = 3
 _MOST_LETTERBOXES = 16
 #: Skeletons looked at in an image, some of them of the same person.
 _CANDIDATES = 100
-#: Two skeletons more alike than this are the same person, see _similarity.
+#: Two skeletons more alike than this are the same person; the spread of their marks, over the
+#: mean side of their boxes.
 _SAME_PERSON = 0.5
-#: Distance of two marks of one keypoint at which they are half alike, over the person's size.
 _MARK_SPREAD = 0.1
 
 
@@ -225,7 +226,9 @@ def one_per_person(
     :param keypoints: (n, 17, 3) x, y, score; NaN where missing.
     :param boxes: (n, 4) x0, y0, x1, y1.
     """
-    alike = _similarity(keypoints, boxes) > _SAME_PERSON
+    sizes = np.sqrt(np.prod(np.maximum(boxes[:, 2:] - boxes[:, :2], 1), axis=1))
+    points = keypoints[..., :2]
+    alike = likeness(points, points, sizes, sizes, spread=_MARK_SPREAD) > _SAME_PERSON
     kept: list[int] = []
     for index in range(len(keypoints)):
         if not alike[index, kept].any():
@@ -235,16 +238,3 @@ def one_per_person(
 
 def _longer_side(boxes: NDArray[np.float32]) -> NDArray[np.float32]:
     return (boxes[:, 2:] - boxes[:, :2]).max(axis=1)
-
-
-def _similarity(
-    keypoints: NDArray[np.float32], boxes: NDArray[np.float32],
-) -> NDArray[np.float32]:
-    """Return (n, n) how alike two skeletons are: 1 the same, 0 nothing in common."""
-    size = np.sqrt(np.prod(np.maximum(boxes[:, 2:] - boxes[:, :2], 1), axis=1))
-    size = np.minimum(size[:, None], size[None])
-    apart = keypoints[:, None, :, :2] - keypoints[None, :, :, :2]
-    apart = np.hypot(apart[..., 0], apart[..., 1]) / (_MARK_SPREAD * size)[..., None]
-    near = np.exp2(-np.nan_to_num(apart, nan=np.inf) ** 2)
-    fewer = np.isfinite(keypoints[..., 2]).sum(1)
-    return near.sum(2) / np.maximum(np.minimum(fewer[:, None], fewer[None]), 1)

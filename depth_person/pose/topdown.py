@@ -7,6 +7,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from depth_person.pose.bodies import boxes
 from depth_person.pose.graph import Graph
 from depth_person.pose.image_tensor import check_image, ImageTensor
 from depth_person.pose.movenet import MIN_KEYPOINTS, one_per_person
@@ -68,11 +69,8 @@ def body_boxes(people: Array) -> Array:
 
     :param people: (n, 18, 3); each with some keypoint.
     """
-    points = people[..., :2]
-    seen = np.isfinite(points)
-    low = np.where(seen, points, np.inf).min(1)
-    high = np.where(seen, points, -np.inf).max(1)
-    flesh = np.maximum(_FLESH * (high - low).max(1, keepdims=True, initial=0), 1)
+    low, high = np.split(boxes(people[..., :2]), 2, axis=1)
+    flesh = np.maximum(_FLESH * (high - low).max(1, keepdims=True), 1)
     return np.concatenate([low - flesh, high + flesh], 1)
 
 
