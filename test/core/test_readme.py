@@ -1,15 +1,13 @@
 """The README and the page of parameters say what the code has."""
 from pathlib import Path
 import re
-import sys
+
+import parameter_tables
 
 from depth_person.cli import VERBS
 
 ROOT = Path(__file__).parents[2]
 README = (ROOT / 'README.md').read_text()
-sys.path.insert(0, str(ROOT / 'test'))
-
-import parameter_tables  # noqa: E402
 
 
 def test_the_page_of_parameters_is_that_of_the_code():
