@@ -65,12 +65,9 @@ def chosen(seen: Seen, marked: Array, stamp_ns: int) -> Array:
     """Return for each person the crop's keypoints, else the detector's, else NaN."""
     points = marked[..., :2]
     enough = np.isfinite(marked[..., 2]).sum(1) >= MIN_KEYPOINTS
-    expected, detected = seen.expected, seen.detected
-    apart = np.hypot(*np.moveaxis(points - expected, 2, 0))
-    known = np.isfinite(apart)
-    off = np.where(known, apart, 0).sum(1) / np.maximum(known.sum(1), 1) / seen.sizes
-    good = enough & known.any(1) & (
-        off < _MOST_OFF + seen.strayed(stamp_ns)) & (sureness(marked) >= _LEAST_SURE)
+    detected = seen.detected
+    good = enough & (_off(seen, points) < _MOST_OFF + seen.strayed(stamp_ns)) & (
+        sureness(marked) >= _LEAST_SURE)
     has_detection = np.isfinite(detected[..., 2]).any(1)
     if not has_detection.any():
         alone: Array = np.where(good[:, None, None], marked, np.float32(np.nan))
@@ -103,12 +100,10 @@ def refuse_doubles(seen: Seen, keypoints: Array, stamp_ns: int) -> Bools:
     same = same_people(points, seen.sizes, strict=~seen.new)
     if not same.any():
         return doubles
-    apart = np.hypot(*np.moveaxis(points - seen.expected, 2, 0)) / seen.sizes[:, None]
-    known = np.isfinite(apart)
-    off = np.where(known, apart, 0).sum(1) / np.maximum(known.sum(1), 1)
     young = np.array([is_young(track, stamp_ns) for track in seen.tracks])
     kept: list[int] = []
-    for index in np.lexsort((np.where(seen.new, -sureness(keypoints), off), young, seen.new)):
+    order = np.where(seen.new, -sureness(keypoints), _off(seen, points))
+    for index in np.lexsort((order, young, seen.new)):
         doubles[index] = same[index, kept].any()
         if not doubles[index]:
             kept.append(int(index))
@@ -140,3 +135,11 @@ def part_marks(seen: Seen, keypoints: Array) -> Bools:
     doubles: Bools = lost > _MOST_LOST * had
     keypoints[doubles] = np.nan
     return doubles
+
+
+def _off(seen: Seen, points: Array) -> Array:
+    """Return (n,) how far, over their size, people lie from where expected; else infinite."""
+    apart = np.hypot(*np.moveaxis(points - seen.expected, 2, 0))
+    known = np.isfinite(apart)
+    off = np.where(known, apart, 0).sum(1) / np.maximum(known.sum(1), 1) / seen.sizes
+    return np.where(known.any(1), off, np.float32(np.inf))

@@ -17,7 +17,7 @@ MAX_MISSED_S = 2.0
 _GATE = 0.55
 _GATE_A_SECOND = 0.5
 #: Not seen for longer than this, a person may as well have stopped.
-_MAY_HAVE_STOPPED_S = 0.25
+MAY_HAVE_STOPPED_S = 0.25
 #: A person does not seem larger or smaller by more than this factor from one look to the next.
 _SIZE_FACTOR = 2.0
 #: Shares of the newest in what is kept of velocity and size.
@@ -150,7 +150,7 @@ class Tracker:
         sizes, track_sizes = body_sizes(points), np.array([each.size for each in self.tracks])
         apart = _apart(points, np.stack([each.predicted(stamp_ns) for each in self.tracks]))
         stopped = _apart(points, np.stack([each.points for each in self.tracks]))
-        apart = np.where(missed > _MAY_HAVE_STOPPED_S, np.minimum(apart, stopped), apart)
+        apart = np.where(missed > MAY_HAVE_STOPPED_S, np.minimum(apart, stopped), apart)
         larger = np.maximum(sizes[:, None], track_sizes)
         cost = apart / (np.maximum(larger, 1) * (_GATE + _GATE_A_SECOND * missed))
         factor = larger / np.maximum(np.minimum(sizes[:, None], track_sizes), 1)

@@ -14,7 +14,7 @@ from depth_person.pose.movenet import MIN_KEYPOINTS, MoveNet
 from depth_person.pose.refine import Refiner
 from depth_person.pose.schedule import Schedule
 from depth_person.pose.skeleton import Keypoint, N_KEYPOINTS
-from depth_person.pose.tracking import Tracker
+from depth_person.pose.tracking import MAY_HAVE_STOPPED_S, Tracker
 
 #: So many people are followed; more, if more are to be published.
 MOST_TRACKED = 20
@@ -117,7 +117,7 @@ class TwoSpeed:
         for person, track in self._tracker.pairs(found[..., :2], frame.stamp_ns):
             detected[place[track.track_id]] = found[person]
             new[person] = False
-            if track.missed_s(frame.stamp_ns) > 0.25:
+            if track.missed_s(frame.stamp_ns) > MAY_HAVE_STOPPED_S:
                 expected[place[track.track_id]] = found[person, :, :2]
         room = max(MOST_TRACKED, self._max_people) - len(tracks)
         new_people = found[new][:max(room, 0)]
