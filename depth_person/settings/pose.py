@@ -16,7 +16,7 @@ class PoseSettings(NodeSettings):
     """The parameters of pose_node."""
 
     model: str = parameter(
-        'movenet-multipose',
+        DEFAULT_MODEL,
         'Pose network: a name that `depth_person models list` shows, or an ONNX file (MoveNet, '
         'RTMO, RTMPose, OpenPose, BlazePose).')
     input_size: int = parameter(
