@@ -211,5 +211,4 @@ def _focal_sigma(
     """
     first, second = (
         _solve(half, views, model).intrinsics.fx for half in (chosen[::2], chosen[1::2]))
-    apart = abs(math.log(first / second)) if first > 0 and second > 0 else math.inf
-    return max(solution.focal_sigma, apart / 2)
+    return max(solution.focal_sigma, abs(math.log(first / second)) / 2)

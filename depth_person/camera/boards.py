@@ -1,7 +1,7 @@
 """Calibration boards: where in an image the corners of a chessboard or ChArUco board are."""
 from __future__ import annotations
 
-from abc import abstractmethod
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import Any
 
@@ -35,7 +35,7 @@ class BoardView:
         return len(self.board)
 
 
-class Board:
+class Board(ABC):
     """
     A flat pattern of known size.
 

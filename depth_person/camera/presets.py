@@ -10,7 +10,6 @@ import yaml
 from depth_person.camera.intrinsics import Intrinsics
 from depth_person.errors import DepthPersonError
 
-SCHEME = 'preset'
 _FOLDER = Path(__file__).parent / 'presets'
 
 
