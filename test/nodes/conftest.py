@@ -76,10 +76,13 @@ class Domain:
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self.node)
 
-    def start(self, *command, ready=' is up'):
-        """Start an executable and return once it has said that it is ready."""
+    def start(self, *command, ready=' is up', **parameters):
+        """Start an executable, with parameters of a node; return once it has said it is ready."""
         log = self._folder / f'{len(self._programs)}_{command[0]}.log'
-        program = Program([str(word) for word in command], self.environment, log)
+        words = [word for name, value in parameters.items() for word in ('-p', f'{name}:={value}')]
+        if words:
+            words.insert(0, '--ros-args')
+        program = Program([str(word) for word in (*command, *words)], self.environment, log)
         self._programs.append(program)
         program.hears(ready)
         return program

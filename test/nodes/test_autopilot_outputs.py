@@ -2,13 +2,13 @@
 import math
 import time
 
+from depth_harness import camera_info, DepthNode, FACE_TO_FACE, keypoints
 from geometry_msgs.msg import PoseWithCovarianceStamped, TransformStamped
 import numpy as np
 import pytest
 from rclpy.qos import ReliabilityPolicy
-from sensor_msgs.msg import CameraInfo, Imu, LaserScan, PointCloud2, Range
+from sensor_msgs.msg import Imu, LaserScan, PointCloud2, Range
 from std_msgs.msg import Header
-from test_depth_node import camera_info, FACE_TO_FACE, keypoints
 
 SCAN, NEAREST, TARGET = 'person_depth/scan', 'person_depth/nearest', 'person_depth/target'
 
@@ -17,23 +17,15 @@ def moved(rows, u):
     return {row: (place[0] + u, place[1]) for row, place in rows.items()}
 
 
-class Harness:
+class Harness(DepthNode):
     """A depth_node whose camera is calibrated, fed with keypoints."""
 
     def __init__(self, domain, **parameters):
-        self.domain = domain
-        parameters = {'estimator': 'shoulder', 'max_age': 0.0, **parameters}
-        words = [word for name, value in parameters.items() for word in ('-p', f'{name}:={value}')]
-        domain.start('depth_node', '--ros-args', *words)
-        self.people = domain.listen(PointCloud2, 'person_depth/people')
-        self.scans = domain.listen(LaserScan, SCAN)
-        self.nearest = domain.listen(Range, NEAREST)
-        self.targets = domain.listen(PoseWithCovarianceStamped, TARGET)
-        self.camera_info = domain.publisher(CameraInfo, 'camera_info')
-        self.keypoints = domain.publisher(PointCloud2, 'person_keypoints')
-        domain.spin_until(lambda: domain.node.count_publishers(SCAN) and
-                          domain.node.count_publishers('person_depth/people'))
-        domain.spin_for(0.5)
+        outputs = {'person_depth/people': PointCloud2, SCAN: LaserScan, NEAREST: Range,
+                   TARGET: PoseWithCovarianceStamped}
+        super().__init__(
+            domain, outputs=outputs, estimator='shoulder', max_age=0.0, **parameters)
+        self.people, self.scans, self.nearest, self.targets = self.outputs.values()
 
     def send(self, cloud, *, ranged=True, info=None):
         """Send keypoints until they come out as people; return scans of the last ones."""
@@ -42,8 +34,7 @@ class Harness:
         def measured():
             self.camera_info.publish(info)
             self.domain.spin_for(0.1)
-            for messages in (self.people, self.scans, self.nearest, self.targets):
-                messages.clear()
+            self.forget()
             self.keypoints.publish(cloud)
             self.domain.spin_for(0.3)
             if not self.people:

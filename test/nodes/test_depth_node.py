@@ -1,55 +1,20 @@
 """depth_node in a process of its own, fed over DDS."""
 import struct
 
+from depth_harness import camera_info, DepthNode, FACE_TO_FACE, keypoints, RELIABLE
 import numpy as np
 import pytest
-from sensor_msgs.msg import CameraInfo, CompressedImage, Image, PointCloud2, PointField
+from sensor_msgs.msg import CompressedImage, Image, PointCloud2
 from visualization_msgs.msg import Marker, MarkerArray
 
-RELIABLE = ('--ros-args', *(
-    word for topic in ('camera_info', 'person_keypoints') for word in (
-        '-p', f'qos_overrides./{topic}.subscription.reliability:=reliable')))
-FACE_TO_FACE = {  # shoulders 90 px apart, at f = 900 px
-    0: (640, 300), 1: (640, 360), 2: (595, 360), 5: (685, 360), 8: (610, 500), 11: (670, 500)}
 
-
-def camera_info(width=1280, height=720, focal_length=900.0, frame_id='camera_optical_frame'):
-    message = CameraInfo(width=width, height=height, distortion_model='plumb_bob', d=[0.0] * 5)
-    message.header.frame_id = frame_id
-    message.k = [focal_length, 0.0, 640.0, 0.0, focal_length, 360.0, 0.0, 0.0, 1.0]
-    return message
-
-
-def keypoints(*people, second=7):
-    """Return the cloud of people given as {row: (u, v)}, packed by hand."""
-    message = PointCloud2(
-        height=len(people), width=18, point_step=16, row_step=288, is_dense=False,
-        fields=[PointField(name=name, offset=offset, datatype=datatype, count=1)
-                for name, offset, datatype in (
-                    ('u', 0, 7), ('v', 4, 7), ('score', 8, 7), ('track_id', 12, 5))])
-    nothing = (float('nan'),) * 3
-    message.data = b''.join(
-        struct.pack('<fffi', *((*rows[row], 0.9) if row in rows else nothing), track_id)
-        for track_id, rows in enumerate(people, start=3) for row in range(18))
-    message.header.frame_id = 'camera_optical_frame'
-    message.header.stamp.sec = second
-    message.header.stamp.nanosec = 123456789
-    return message
-
-
-class Harness:
-    """A running depth_node and both ends of its topics."""
+class Harness(DepthNode):
+    """A depth_node that measures one cloud after the other."""
 
     def __init__(self, domain):
-        self.domain = domain
-        self.program = domain.start('depth_node', *RELIABLE, '-p', 'estimator:=shoulder')
-        self.people = domain.listen(PointCloud2, 'person_depth/people')
-        self.markers = domain.listen(MarkerArray, 'person_depth')
-        self.camera_info = domain.publisher(CameraInfo, 'camera_info')
-        self.keypoints = domain.publisher(PointCloud2, 'person_keypoints')
-        domain.spin_until(lambda: domain.node.count_publishers('person_depth') and
-                          domain.node.count_publishers('person_depth/people'))
-        domain.spin_for(0.5)
+        super().__init__(domain, *RELIABLE, estimator='shoulder', outputs={
+            'person_depth/people': PointCloud2, 'person_depth': MarkerArray})
+        self.people, self.markers = self.outputs.values()
 
     def measure(self, cloud, info=None, reason=0):
         """Return people and markers of a keypoint cloud, once the first person has a reason."""
@@ -57,7 +22,7 @@ class Harness:
             if info is not None:
                 self.camera_info.publish(info)
                 self.domain.spin_for(0.1)
-            del self.people[:], self.markers[:]
+            self.forget()
             self.keypoints.publish(cloud)
             self.domain.spin_until(lambda: self.people and self.markers)
             return not self.people[0].data or self.people[0].data[36] == reason

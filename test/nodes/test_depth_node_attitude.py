@@ -1,30 +1,20 @@
 """depth_node told the camera's attitude and height: over an Imu, and by parameters."""
 import math
 
+from depth_harness import camera_info, CUES, DepthNode, GROUND, keypoints, STANDING
 import pytest
-from sensor_msgs.msg import CameraInfo, Imu, PointCloud2
-from test_depth_node import camera_info, keypoints
+from sensor_msgs.msg import Imu, PointCloud2
 
-GROUND = 8
-CUES, RANGE = 37, slice(12, 16)
+RANGE = slice(12, 16)
 SECOND = 7
-#: A person 1.75 m tall, 6 m ahead of a camera at f = 900 px that is level, 1.5 m high.
-STANDING = {
-    0: (640, 352), 1: (640, 375), 2: (618, 375), 5: (662, 375), 8: (625, 450), 11: (655, 450),
-    9: (625, 518), 12: (655, 518), 10: (625, 570), 13: (655, 570), 14: (637, 348), 15: (643, 348)}
 
 
-class Harness:
-    """A depth_node of these parameters, and the ends of its topics."""
+class Harness(DepthNode):
+    """A depth_node of these parameters, which looks at one standing person."""
 
     def __init__(self, domain, **parameters):
-        self.domain = domain
-        words = [word for name, value in parameters.items() for word in ('-p', f'{name}:={value}')]
-        domain.start('depth_node', '--ros-args', *words)
-        self.people = domain.listen(PointCloud2, 'person_depth/people')
-        self.camera_info = domain.publisher(CameraInfo, 'camera_info')
-        self.keypoints = domain.publisher(PointCloud2, 'person_keypoints')
-        domain.spin_until(lambda: domain.node.count_publishers('person_depth/people'))
+        super().__init__(domain, outputs={'person_depth/people': PointCloud2}, **parameters)
+        self.people, = self.outputs.values()
 
     def cues(self, wanted):
         """Return the cues of one standing person, once they are as wanted or time is up."""

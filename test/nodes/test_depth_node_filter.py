@@ -1,8 +1,8 @@
 """People over time in a depth_node of its own, fed over DDS."""
+from depth_harness import camera_info, DepthNode, keypoints, RELIABLE
 import numpy as np
 import pytest
-from sensor_msgs.msg import CameraInfo, PointCloud2
-from test_depth_node import camera_info, keypoints, RELIABLE
+from sensor_msgs.msg import PointCloud2
 from visualization_msgs.msg import MarkerArray
 
 from depth_person.nodes.cloud_messages import decode_cloud, PERSON_POINT
@@ -17,19 +17,13 @@ def facing(depth):
     return {0: at(0, -0.2), 1: at(0, 0), 2: at(-0.175, 0), 5: at(0.175, 0)}
 
 
-class Harness:
-    """A running depth_node that is shown one frame after the other."""
+class Harness(DepthNode):
+    """A depth_node that is shown one frame after the other."""
 
     def __init__(self, domain):
-        self.domain = domain
-        domain.start('depth_node', *RELIABLE, '-p', 'estimator:=shoulder')
-        self.people = domain.listen(PointCloud2, 'person_depth/people')
-        self.markers = domain.listen(MarkerArray, 'person_depth')
-        self.camera_info = domain.publisher(CameraInfo, 'camera_info')
-        self.keypoints = domain.publisher(PointCloud2, 'person_keypoints')
-        domain.spin_until(lambda: domain.node.count_publishers('person_depth') and
-                          domain.node.count_publishers('person_depth/people'))
-        domain.spin_for(0.5)
+        super().__init__(domain, *RELIABLE, estimator='shoulder', outputs={
+            'person_depth/people': PointCloud2, 'person_depth': MarkerArray})
+        self.people, self.markers = self.outputs.values()
         self.camera_info.publish(camera_info())
         domain.spin_for(0.2)
 
@@ -37,7 +31,7 @@ class Harness:
         """Return the points of /person_depth/people and the markers of a frame."""
         cloud = keypoints(*map(facing, depths))
         cloud.header.stamp.sec, cloud.header.stamp.nanosec = divmod(stamp_ns, 10**9)
-        del self.people[:], self.markers[:]
+        self.forget()
         self.keypoints.publish(cloud)
         self.domain.spin_until(lambda: self.people and self.markers)
         assert self.people[0].header == cloud.header

@@ -25,8 +25,7 @@ class Harness:
         parameters = {
             'connection': f'udpout:127.0.0.1:{double.port}', 'obstacle_distance_3d': True,
             'follow_target': True, 'camera_pitch': 30.0, 'scan_sigmas': 2.0, **parameters}
-        words = [word for name, value in parameters.items() for word in ('-p', f'{name}:={value}')]
-        self.program = domain.start('mavlink_node', '--ros-args', *words)
+        self.program = domain.start('mavlink_node', **parameters)
         topics = {'scan': LaserScan, 'people': PointCloud2, 'target': PoseWithCovarianceStamped}
         self.scan, self.people, self.target = (
             domain.node.create_publisher(kind, f'person_depth/{name}', 10)

@@ -3,14 +3,13 @@ import sys
 import time
 from types import SimpleNamespace as Fields
 
+from depth_harness import camera_info, CUES, DepthNode, GROUND, keypoints, STANDING
 from geometry_msgs.msg import PoseStamped, TransformStamped
 from nav_msgs.msg import Odometry
 import pytest
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
-from sensor_msgs.msg import CameraInfo, Imu, LaserScan, PointCloud2, Range
+from sensor_msgs.msg import Imu, LaserScan, PointCloud2, Range
 from std_msgs.msg import Float64
-from test_depth_node import camera_info, keypoints
-from test_depth_node_attitude import CUES, GROUND, STANDING
 
 from depth_person.nodes.monitor import Monitor
 from depth_person.nodes.mounting_input import MountingInput
@@ -21,21 +20,17 @@ LATCHED = QoSProfile(depth=5, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 KINDS = {'imu': Imu, 'rangefinder': Range, 'transforms': TransformStamped}
 
 
-class Vehicle:
+class Vehicle(DepthNode):
     """A depth_node that sees one person 6 m ahead, and what a vehicle 1.5 m up would publish."""
 
     def __init__(self, domain, *topics, **parameters):
-        self.domain = domain
-        words = [word for name, value in parameters.items() for word in ('-p', f'{name}:={value}')]
-        domain.start('depth_node', '--ros-args', *words)
-        self.people = domain.listen(PointCloud2, 'person_depth/people')
-        self.scans = domain.listen(LaserScan, 'person_depth/scan')
+        super().__init__(domain, **parameters, outputs={
+            'person_depth/people': PointCloud2, 'person_depth/scan': LaserScan})
+        self.people, self.scans = self.outputs.values()
         self.publishers = {
             topic: domain.publisher(
                 KINDS[topic], topic, 10 if topic == 'transforms' else BEST_EFFORT)
             for topic in topics}
-        self.camera_info = domain.publisher(CameraInfo, 'camera_info')
-        self.keypoints = domain.publisher(PointCloud2, 'person_keypoints')
 
     def tell(self, stamp, *, height=1.5, quaternion=(0.0, 0.0, 0.0, 1.0)):
         for topic, publisher in self.publishers.items():

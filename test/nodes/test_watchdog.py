@@ -2,9 +2,9 @@
 import itertools
 import time
 
+from depth_harness import camera_info, DepthNode, FACE_TO_FACE, keypoints, RELIABLE
 import pytest
-from sensor_msgs.msg import CameraInfo, LaserScan, PointCloud2
-from test_depth_node import camera_info, FACE_TO_FACE, keypoints, RELIABLE
+from sensor_msgs.msg import LaserScan, PointCloud2
 from visualization_msgs.msg import MarkerArray
 
 from depth_person.nodes.monitor import Level, Monitor
@@ -64,30 +64,25 @@ def test_stamps_that_jump_are_named_once(passed_s, stamps_s, jump):
     assert said[3] == 'running'
 
 
-class Harness:
+class Harness(DepthNode):
     """A depth_node, keypoints of any age, and what comes of them."""
 
     def __init__(self, domain):
-        self.domain = domain
-        domain.start('depth_node', *RELIABLE)
-        self.outputs = {kind: domain.listen(kind, topic) for kind, topic in (
-            (PointCloud2, 'person_depth/people'), (MarkerArray, 'person_depth'),
-            (LaserScan, 'person_depth/scan'))}
-        infos = domain.publisher(CameraInfo, 'camera_info')
-        self.keypoints = domain.publisher(PointCloud2, 'person_keypoints')
-        infos.publish(camera_info())
+        super().__init__(domain, *RELIABLE, outputs={
+            'person_depth/people': PointCloud2, 'person_depth': MarkerArray,
+            'person_depth/scan': LaserScan})
+        self.camera_info.publish(camera_info())
         domain.spin_for(0.5)
 
     def send(self, age_s):
-        """Publish people in an image of this age; return the kinds of messages that come."""
+        """Publish people in an image of this age; return the topics on which messages come."""
         cloud = keypoints(FACE_TO_FACE)
         stamp_ns = time.time_ns() - round(age_s * 1e9)
         cloud.header.stamp.sec, cloud.header.stamp.nanosec = divmod(stamp_ns, 10**9)
-        for messages in self.outputs.values():
-            messages.clear()
+        self.forget()
         self.keypoints.publish(cloud)
         self.domain.spin_for(0.5)
-        return {kind for kind, messages in self.outputs.items() if messages}
+        return {topic for topic, messages in self.outputs.items() if messages}
 
 
 def test_stale_results_are_dropped_and_those_of_another_clock_kept_from_autopilots(domain):
@@ -96,7 +91,7 @@ def test_stale_results_are_dropped_and_those_of_another_clock_kept_from_autopilo
     assert harness.send(0.0) == everything
     assert harness.send(2.0) == set()
     assert 'max_age' in domain.fault('depth_node', 'results are dropped').message
-    assert harness.send(1e6) == everything - {LaserScan}
+    assert harness.send(1e6) == everything - {'person_depth/scan'}
     domain.fault('depth_node', 'the age of images is not known')
     assert harness.send(0.0) == everything
     domain.status('depth_node', lambda status: 'past their stamps' not in status.message)
