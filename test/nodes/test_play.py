@@ -4,18 +4,10 @@ from pathlib import Path
 import re
 import time
 
+from bag_kinds import LATCHED, profile, types_with
 import numpy as np
 import pytest
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
-from rosbags.interfaces import (
-    Qos,
-    QosDurability,
-    QosHistory,
-    QosLiveliness,
-    QosReliability,
-    QosTime,
-)
-from rosbags.typesys import get_types_from_msg, get_typestore, Stores
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Header, String
@@ -35,22 +27,13 @@ STEP = 20_000_000
 RANGE = np.dtype([('range', '<f4'), ('track_id', '<i4')])
 
 
-def profile(*, reliability='RELIABLE', durability='VOLATILE', depth=5):
-    never = QosTime(0, 0)
-    return Qos(
-        QosHistory.KEEP_LAST, depth, QosReliability[reliability], QosDurability[durability],
-        never, never, QosLiveliness.AUTOMATIC, never, False)
-
-
 @pytest.fixture
 def bag(tmp_path):
     """Return a bag with fifty stamped headers, a latched text and a type of its own."""
-    types = get_typestore(Stores.ROS2_JAZZY)
-    types.register(get_types_from_msg('float64 value', 'my_msgs/msg/Wind'))
+    types = types_with('my_msgs/msg/Wind', 'float64 value')
     make = types.types
     with BagWriter(tmp_path / 'bag', types=types) as writer:
-        writer.add_topic(
-            '/map', 'std_msgs/msg/String', qos=[profile(durability='TRANSIENT_LOCAL')])
+        writer.add_topic('/map', 'std_msgs/msg/String', qos=[LATCHED])
         writer.add_topic('/head', 'std_msgs/msg/Header', qos=[profile(depth=100)])
         writer.write('/map', START, make['std_msgs/msg/String'](data='the map'))
         writer.write('/wind', START, make['my_msgs/msg/Wind'](value=1.0))
@@ -66,7 +49,7 @@ def bag(tmp_path):
 @pytest.mark.parametrize(('recorded', 'reliability', 'durability', 'depth'), [
     ([], 'RELIABLE', 'VOLATILE', 5),
     ([profile(reliability='BEST_EFFORT')], 'BEST_EFFORT', 'VOLATILE', 5),
-    ([profile(durability='TRANSIENT_LOCAL', depth=1)], 'RELIABLE', 'TRANSIENT_LOCAL', 1),
+    ([LATCHED], 'RELIABLE', 'TRANSIENT_LOCAL', 1),
     ([profile(depth=0)], 'RELIABLE', 'VOLATILE', 10),
     ([profile(reliability='BEST_EFFORT'), profile()], 'RELIABLE', 'VOLATILE', 5),
 ])
@@ -170,6 +153,7 @@ def test_nodes_on_simulated_time_find_what_the_offline_run_finds(domain, tmp_pat
         offline = {stamp_ns(message.header): cloud_points(message)[0] for _, _, message in
                    reader.messages(['/person_depth/people'])}
     assert live.keys() == offline.keys()
+    assert all(map(len, live.values()))
     for stamp, found in live.items():
         assert found['track_id'].tolist() == offline[stamp]['track_id'].tolist()
         np.testing.assert_allclose(found['range'], offline[stamp]['range'], rtol=1e-4)
