@@ -70,7 +70,7 @@ def _open_torn(path: Path, refusal: Exception) -> BagFile:
     LOG.info('%s is read as torn: %s', path, refusal)
     try:
         return TornMcap(path) if path.suffix == '.mcap' else TornSqlite(path)
-    except sqlite3.DatabaseError as error:
+    except (sqlite3.DatabaseError, OSError) as error:  # a full disk, where a part is copied
         raise DepthPersonError(f'nothing in bag {path} can be read: {error}') from error
 
 

@@ -1,6 +1,8 @@
 """Reading bags: whole, torn, and what only looks like one."""
 from concurrent.futures import ThreadPoolExecutor
+import errno
 import logging
+import shutil
 
 from bag_kinds import types_with
 from bag_messages import string
@@ -99,6 +101,18 @@ def test_most_of_a_torn_file_is_read_and_the_damage_told(bags, tmp_path, kind, l
         assert numbers == list(range(len(numbers)))
         assert len(numbers) >= least
     assert f'{torn} is cut off or damaged' in reader.damage
+
+
+def test_a_full_disk_is_told_where_part_of_a_torn_file_is_copied(bags, tmp_path, monkeypatch):
+    torn = tmp_path / bags['sqlite'].name
+    torn.write_bytes(bags['sqlite'].read_bytes()[:10_000])  # two pages and a half
+
+    def refuse(*_):
+        raise OSError(errno.ENOSPC, 'No space left on device')
+
+    monkeypatch.setattr(shutil, 'copyfileobj', refuse)
+    with pytest.raises(DepthPersonError, match=r'nothing in bag .* No space left'):
+        BagReader(torn)
 
 
 @pytest.mark.parametrize('kind', KINDS)
