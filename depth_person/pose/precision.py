@@ -10,6 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from depth_person.camera.folder import IMAGE_SUFFIXES
 from depth_person.errors import DepthPersonError
 from depth_person.pose.graph import Graph
 from depth_person.pose.image_tensor import ImageTensor, Pixels
@@ -27,7 +28,6 @@ PRECISIONS = ('fp16', 'int8')
 _MOST_IMAGES = 40
 #: Longer side of the images for a network that takes any size.
 _LONG_SIDE = 512
-_SUFFIXES = ('.png', '.jpg', '.jpeg', '.bmp', '.webp')
 
 
 def convert_precision(
@@ -114,9 +114,9 @@ class Calibration(CalibrationDataReader):
 
     def __init__(self, network: Path, folder: Path, pixels: Pixels) -> None:
         """Read what the network takes; raise DepthPersonError when there are no images."""
-        paths = sorted(path for path in folder.rglob('*') if path.suffix.lower() in _SUFFIXES)
+        paths = sorted(path for path in folder.rglob('*') if path.suffix.lower() in IMAGE_SUFFIXES)
         if not paths:
-            raise DepthPersonError(f'{folder} holds no images ({", ".join(_SUFFIXES)})')
+            raise DepthPersonError(f'{folder} holds no images ({", ".join(IMAGE_SUFFIXES)})')
         graph = Graph(network)
         self._name = graph.inputs[0].name
         self._tensor = ImageTensor(graph, pixels)
