@@ -39,19 +39,13 @@ class Pipeline:
         return self.measure(frame, self.find(frame), mounting, camera_pose=camera_pose)
 
     def find(self, frame: Frame) -> People:
-        """Return the people in a frame, surest first."""
+        """Return the people in a frame; see PoseEstimator.estimate."""
         return self._pose.estimate(frame)
 
     def recall(
         self, frame: Frame, keypoints: NDArray[np.float32], track_ids: NDArray[np.int32],
     ) -> People:
-        """
-        Return the people that were found in a frame before, without the networks.
-
-        What comes of later frames is the same as if they had been found now.
-
-        :param keypoints: (n, 18, 3) of those people, with their track ids (n,).
-        """
+        """Return the people that were found in a frame before; see PoseEstimator.recall."""
         return self._pose.recall(frame, keypoints, track_ids)
 
     def measure(
