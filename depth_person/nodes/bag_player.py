@@ -6,7 +6,6 @@ from contextlib import closing
 from dataclasses import dataclass
 from importlib import import_module
 import threading
-import time
 from typing import Any
 
 import numpy as np
@@ -21,12 +20,11 @@ from depth_person.errors import DepthPersonError
 from depth_person.nodes.image_messages import header
 from depth_person.nodes.pacer import Pacer
 from depth_person.nodes.qos import full_profile, mismatches, overridable, publisher_profile
+from depth_person.nodes.subscribers import wait_for_subscribers
 from depth_person.replay.ahead import ahead
 
 #: Messages that are read before they are due.
 _DEPTH = 20
-#: Subscribers find a new publisher one by one, up to 1.4 s apart where several start at once.
-_SETTLE_S = 2.0
 #: Recorders do not know how long a publisher's queue was.
 _QUEUE = 10
 
@@ -85,7 +83,7 @@ class BagPlayer:
     def play(self) -> None:
         """Publish everything; return at the end, or when told to stop."""
         if self._options.wait:
-            self._wait_for_subscribers()
+            wait_for_subscribers(self._count_subscribers, self._stopping)
         while not self._stopping.is_set():
             self._play_once()
             if not self._options.loop or not self.lateness_s:
@@ -146,17 +144,8 @@ class BagPlayer:
                 self._publishers[topic].publish(data)
                 self.lateness_s.append(self._pacer.late_s)
 
-    def _wait_for_subscribers(self) -> None:
-        """Return when someone subscribes, and for a while nobody else has come."""
-        count, since_s = 0, time.monotonic()
-        while not self._stopping.wait(0.05):
-            before = count
-            count = sum(
-                publisher.get_subscription_count() for publisher in self._publishers.values())
-            if count != before:
-                since_s = time.monotonic()
-            elif count and time.monotonic() - since_s > _SETTLE_S:
-                return
+    def _count_subscribers(self) -> int:
+        return sum(publisher.get_subscription_count() for publisher in self._publishers.values())
 
 
 def offered_profile(recorded: Sequence[Qos]) -> QoSProfile:

@@ -3,10 +3,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-import time
 from typing import Any, Generic, TypeVar
 
-from rclpy.duration import Duration
 from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
 from rclpy.lifecycle import LifecycleState
 from rclpy.lifecycle import TransitionCallbackReturn as Outcome
@@ -22,6 +20,7 @@ from depth_person.nodes.managed_publisher import ManagedPublisher
 from depth_person.nodes.monitor import Level
 from depth_person.nodes.qos import mismatches, overridable, publisher_profile, sensor_profile
 from depth_person.nodes.ros_parameters import declare, given_parameters, watch
+from depth_person.nodes.subscribers import wait_for_delivery
 from depth_person.nodes.traffic import Traffic
 from depth_person.settings.node import NodeSettings
 from depth_person.settings.parameter import ParameterValue, specs
@@ -120,10 +119,8 @@ class StageNode(ManagedNode, Generic[Settings]):
     def close(self) -> None:
         """Stop the threads, and let what has been published go out."""
         self.stop_jobs()
-        deadline = time.monotonic() + _FAREWELL_S
-        for publisher in self._offered if self.context.ok() else ():
-            left_s = max(deadline - time.monotonic(), 0.0)
-            publisher.wait_for_all_acked(Duration(seconds=left_s))
+        if self.context.ok():
+            wait_for_delivery(self._offered, timeout_s=_FAREWELL_S)
 
     def settings_changed(self) -> None:
         """Take the changed settings over; called once configured."""

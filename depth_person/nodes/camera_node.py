@@ -4,7 +4,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 import threading
-import time
 
 from rosgraph_msgs.msg import Clock as ClockMessage
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
@@ -23,11 +22,10 @@ from depth_person.nodes.calibration_service import CalibrationService
 from depth_person.nodes.frame_reader import FrameReader
 from depth_person.nodes.image_messages import encode_camera_info, encode_image, encode_jpeg, header
 from depth_person.nodes.monitor import Level
+from depth_person.nodes.subscribers import wait_for_subscribers
 from depth_person.settings.camera import CameraSettings
 from depth_person.settings.parameter import ParameterValue
 
-# Nodes find each other one by one, up to 1.4 s apart where several start at once.
-_SETTLE_S = 2.0
 #: Power of the noise over that of the image, for the Wiener filter: good light.
 _NOISE_TO_SIGNAL = 0.01
 
@@ -99,22 +97,15 @@ class CameraNode(StageNode[CameraSettings]):
             self._open_source, live=is_live(self.settings.source), monitor=self.monitor,
             stopping=stopping, on_clock=self._on_clock)
         if self.settings.wait_for_subscribers:
-            self._wait_for_subscribers(stopping)
+            wait_for_subscribers(self._count_subscribers, stopping)
         for frame in self._reader.frames():
             self._publish(self._calibrated(self._shifted(self._sharpened(frame))))
         if not stopping.is_set():
             self._ended.set()
 
-    def _wait_for_subscribers(self, stopping: threading.Event) -> None:
-        count, since_s = 0, time.monotonic()
-        while not stopping.wait(0.05):
-            now_s, before = time.monotonic(), count
-            count = (self._image.get_subscription_count()
-                     + self._compressed.get_subscription_count() + self._has_subscribers())
-            if count != before:
-                since_s = now_s
-            elif count and now_s - since_s > _SETTLE_S:
-                return
+    def _count_subscribers(self) -> int:
+        return (self._image.get_subscription_count()
+                + self._compressed.get_subscription_count() + self._has_subscribers())
 
     def _sharpened(self, frame: Frame) -> Frame:
         if self._blur is None:

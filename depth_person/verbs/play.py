@@ -7,13 +7,13 @@ from pathlib import Path
 import sys
 import time
 
-from rclpy.duration import Duration
 from rclpy.node import Node
 
 from depth_person.camera.bag import BagReader
 from depth_person.interrupts import noted_interrupts
 from depth_person.nodes.bag_player import BagPlayer, PlayOptions
 from depth_person.nodes.spin import ros_context
+from depth_person.nodes.subscribers import wait_for_delivery
 
 #: How often /clock is published where --clock does not say.
 _CLOCK_HZ = 40.0
@@ -62,8 +62,7 @@ def main(args: argparse.Namespace) -> int:
             player = BagPlayer(node, reader, options, stopping)
             print(f'playing {args.bag}', flush=True)
             _play(player)
-            for publisher in node.publishers:
-                publisher.wait_for_all_acked(Duration(seconds=_FAREWELL_S))
+            wait_for_delivery(node.publishers, timeout_s=_FAREWELL_S)
             faults = [*player.left_out, *player.mismatches(), *filter(None, [reader.damage])]
         finally:
             node.destroy_node()
