@@ -36,17 +36,6 @@ def level_gravity(*, pitch_down: float, roll_cw: float) -> _Array:
     return optical_from_body(pitch_down=pitch_down, roll_cw=roll_cw) @ (0.0, 0.0, -1.0)
 
 
-def body_gravity(quaternion: Sequence[float]) -> _Array:
-    """
-    Return the unit vector down in the frame of a body of this orientation.
-
-    :param quaternion: x, y, z, w, from the body's frame to one whose z is up, as in
-        sensor_msgs/Imu (REP 103, REP 145).
-    :raises DepthPersonError: when the quaternion is not finite or not of unit length.
-    """
-    return down_of(rotation_from(quaternion))
-
-
 def down_of(rotation: _Array) -> _Array:
     """Return the unit vector down in a frame; rotation (3, 3) is from it to one with z up."""
     return -rotation[2]
@@ -55,6 +44,8 @@ def down_of(rotation: _Array) -> _Array:
 def rotation_from(quaternion: Sequence[float]) -> _Array:
     """
     Return the (3, 3) rotation that a quaternion x, y, z, w stands for.
+
+    In sensor_msgs/Imu it is from the body's frame to one whose z is up (REP 103, REP 145).
 
     :raises DepthPersonError: when the quaternion is not finite or not of unit length.
     """

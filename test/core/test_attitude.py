@@ -6,7 +6,12 @@ from hypothesis import strategies as st
 import numpy as np
 import pytest
 
-from depth_person.distance.attitude import body_gravity, level_gravity, optical_from_body
+from depth_person.distance.attitude import (
+    down_of,
+    level_gravity,
+    optical_from_body,
+    rotation_from,
+)
 from depth_person.errors import DepthPersonError
 
 HALF = math.sqrt(0.5)
@@ -33,7 +38,7 @@ def test_gravity_of_a_camera_on_a_level_body(pitch_deg, roll_deg, down):
     ((1, 0, 0, 0), (0, 0, 1)),  # upside down
 ])
 def test_gravity_of_a_turned_body(quaternion, down):
-    assert body_gravity(quaternion) == pytest.approx(down, abs=1e-12)
+    assert down_of(rotation_from(quaternion)) == pytest.approx(down, abs=1e-12)
 
 
 @given(pitch=ANGLES, roll=ANGLES)
@@ -45,14 +50,14 @@ def test_a_mounting_is_a_rotation(pitch, roll):
 
 @given(pitch=ANGLES)
 def test_a_nose_that_drops_is_a_camera_that_looks_down(pitch):
-    dropped = body_gravity((0, math.sin(pitch / 2), 0, math.cos(pitch / 2)))
+    dropped = down_of(rotation_from((0, math.sin(pitch / 2), 0, math.cos(pitch / 2))))
     assert optical_from_body(pitch_down=0.0, roll_cw=0.0) @ dropped == pytest.approx(
         level_gravity(pitch_down=pitch, roll_cw=0.0), abs=1e-12)
 
 
 @given(roll=ANGLES)
 def test_a_body_that_rolls_right_is_a_camera_that_rolls_clockwise(roll):
-    rolled = body_gravity((math.sin(roll / 2), 0, 0, math.cos(roll / 2)))
+    rolled = down_of(rotation_from((math.sin(roll / 2), 0, 0, math.cos(roll / 2))))
     assert optical_from_body(pitch_down=0.0, roll_cw=0.0) @ rolled == pytest.approx(
         level_gravity(pitch_down=0.0, roll_cw=roll), abs=1e-12)
 
@@ -61,4 +66,4 @@ def test_a_body_that_rolls_right_is_a_camera_that_rolls_clockwise(roll):
     (0, 0, 0, 0), (0, 0, 0, 1.1), (math.nan, 0, 0, 1), (math.inf, 0, 0, 1)])
 def test_a_quaternion_that_is_no_orientation_is_refused(quaternion):
     with pytest.raises(DepthPersonError, match='quaternion'):
-        body_gravity(quaternion)
+        down_of(rotation_from(quaternion))
