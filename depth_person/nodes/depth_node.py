@@ -146,10 +146,11 @@ class DepthNode(StageNode[DepthSettings]):
         if age is Age.STALE:
             return None
         self._people.publish(encode_distances(tracked, image_header))
-        self._markers.publish(encode_markers(tracked, image_header, intrinsics))
         if age is Age.FRESH:  # whoever flies by it cannot see how old it is
             self._autopilot.publish(
                 tracked, image_header, intrinsics, camera.mounting, camera.on_body)
+        if self._markers.get_subscription_count():  # they take the longest, for who looks on
+            self._markers.publish(encode_markers(tracked, image_header, intrinsics))
         self.monitor.frame()
         self.monitor.count('people', len(tracked))
         self.monitor.count('people predicted', int(tracked.predicted.sum()))
