@@ -39,7 +39,8 @@ class AutopilotOutputs:
         self._scan = node.advertise(LaserScan, 'person_depth/scan')
         self._nearest = node.advertise(Range, 'person_depth/nearest')
         self._target = node.advertise(PoseWithCovarianceStamped, 'person_depth/target')
-        self._scans, self._checked_s = 0, time.monotonic()
+        self._scans = 0
+        self._since_s: float | None = None  # they are counted; None until there is one
 
     @property
     def wanted(self) -> bool:
@@ -50,9 +51,10 @@ class AutopilotOutputs:
 
     def check(self) -> None:
         """Report scans that come too seldom for who subscribes; call it about once a second."""
-        elapsed_s = time.monotonic() - self._checked_s
+        now_s = time.monotonic()
+        elapsed_s = 0.0 if self._since_s is None else now_s - self._since_s
         scans, self._scans = self._scans, 0
-        self._checked_s += elapsed_s
+        self._since_s = now_s if scans else None
         if 0 < scans < _TOLERATED * _WANTED_HZ * elapsed_s and (
                 self._scan.get_subscription_count()):
             self._node.monitor.fault(
@@ -61,6 +63,10 @@ class AutopilotOutputs:
                 f'{_WANTED_HZ:g}. Use a smaller input_size, or a camera with more frames')
         else:
             self._node.monitor.clear(_RATE_FAULT)
+
+    def forget(self) -> None:
+        """Count scans from the next one on."""
+        self._scans, self._since_s = 0, None
 
     def publish(
         self, tracked: TrackedPeople, image_header: Header, intrinsics: Intrinsics | None,
@@ -110,6 +116,7 @@ class AutopilotOutputs:
         self._node.monitor.value(
             'scan frame', 'vehicle taken for level' if mounting.gravity is None else
             'level by attitude')
+        self._since_s = time.monotonic() if self._since_s is None else self._since_s
         self._scans += 1
 
     def _withhold(self, reason: str) -> None:

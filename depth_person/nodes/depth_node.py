@@ -84,6 +84,7 @@ class DepthNode(StageNode[DepthSettings]):
         """Forget the people of before."""
         self._stage = DistanceStage(self.settings.distance_options())
         self._overlay.forget()
+        self._autopilot.forget()
 
     def take(self, frame: Frame, people: People) -> None:
         """Measure the people of a frame that is handed over in memory."""
