@@ -88,6 +88,7 @@ class PoseNode(StageNode[PoseSettings]):
         self._keypoints.publish(encode_people(people, image_header))
         self.monitor.frame()
         self.monitor.count('people', len(people))
+        self.monitor.value('convention', people.convention)
         self.monitor.sample('inference', self._estimator.inference_s)
         self.monitor.sample('processing', time.monotonic() - started)
         self.monitor.latency(stamp_ns=frame.stamp_ns, now_ns=self.now_ns)

@@ -79,6 +79,12 @@ def test_an_image_without_people_gives_an_empty_cloud(harness):
     assert (cloud.height, cloud.width, len(cloud.data)) == (0, 18, 0)
 
 
+def test_it_says_where_its_network_marks_keypoints(harness, photograph):
+    harness.find(image_message(photograph))
+    harness.domain.status('pose_node', lambda status: ('convention', 'movenet_crops') in [
+        (pair.key, pair.value) for pair in status.values])
+
+
 @pytest.mark.parametrize(('fault', 'said'), [
     ({'width': 0, 'height': 0, 'step': 0, 'data': b''}, 'empty'),
     ({'encoding': '32FC7'}, "encoding '32FC7' is not supported"),
