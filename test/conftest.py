@@ -2,9 +2,11 @@
 from hypothesis import settings
 import pytest
 
-# A busy machine is slow at times; what a test proves does not depend on it.
-settings.register_profile('patient', deadline=None)
-settings.load_profile('patient')
+# A busy machine is slow at times, and what a test proves does not depend on it. The examples are
+# the same in every run; `--hypothesis-profile explore` draws others, and more of them.
+settings.register_profile('repeatable', deadline=None, derandomize=True)
+settings.register_profile('explore', deadline=None, max_examples=1000)
+settings.load_profile('repeatable')
 
 #: Files of the core that talk to other processes.
 _LIVE = ('test_camera_live', 'test_camera_streams')

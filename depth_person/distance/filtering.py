@@ -18,6 +18,9 @@ N_STATES = 8
 GATE = 16.27
 # Nearer than this, metres, the geometry is that of this range.
 _NEAREST = 0.2
+# One measurement brings nobody nearer by more than this, a logarithm of range: what is linear
+# here overshoots beyond it, to behind the camera.
+_STEP_NEARER = 0.5
 
 
 @dataclass(frozen=True)
@@ -137,10 +140,11 @@ class States:
         solved = np.linalg.solve(
             spread, np.concatenate([projected, innovation[..., None]], axis=2))
         gain = solved[..., :N_STATES].transpose(0, 2, 1)
+        off = (innovation * solved[..., N_STATES]).sum(axis=1)
+        np.maximum(innovation[:, 0], -_STEP_NEARER, out=innovation[:, 0])
         rest = np.eye(N_STATES) - gain @ slope
         covariance = (rest @ self.covariance @ rest.transpose(0, 2, 1)
                       + gain @ noise @ gain.transpose(0, 2, 1))
-        off = (innovation * solved[..., N_STATES]).sum(axis=1)
         return Update(
             States(self.mean + (gain @ innovation[..., None])[..., 0], covariance),
             np.where((away * seen).sum(axis=1) > 0, off, np.inf))

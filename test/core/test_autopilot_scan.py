@@ -44,7 +44,7 @@ def test_the_camera_may_look_anywhere(look_right, bins):
 @given(
     bearing=st.floats(-30, 30), distance=st.floats(4, 20), below=st.floats(-1, 4),
     nose_up=st.floats(-20, 20), roll=st.floats(-30, 30), look_down=st.floats(0, 40))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_angle_and_distance_are_the_level_ones_however_the_vehicle_tilts(
         bearing, distance, below, nose_up, roll, look_down):
     scene = Scene(nose_up=nose_up, roll_right=roll, look_down=look_down)
@@ -121,7 +121,7 @@ def test_who_is_beyond_the_limit_is_left_out_and_who_is_at_it_is_not():
 
 
 @given(bearing=st.floats(-30, 30))
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 def test_a_far_person_fills_two_bins_so_that_one_of_them_is_even(bearing):
     scene = Scene()
     filled = bins_of(scan(scene.tracked((bearing, 25.0, 0.0)), CAMERA, scene.view, EXACT))

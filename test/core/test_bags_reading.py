@@ -127,7 +127,7 @@ def test_a_bag_may_be_read_in_another_thread_than_it_was_opened_in(bags, tmp_pat
 
 @pytest.mark.parametrize('kind', KINDS)
 @given(left=st.floats(0, 1, exclude_max=True))
-@settings(max_examples=30, deadline=None,
+@settings(max_examples=30,
           suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_wherever_a_file_is_cut_its_beginning_is_read_or_it_is_refused(
         bags, tmp_path, kind, left):

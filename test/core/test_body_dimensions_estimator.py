@@ -30,7 +30,7 @@ DOWN = np.array([0.0, 1.0, 0.0])
 
 
 @given(distance=st.floats(3.5, 25), yaw=st.floats(-180, 180), x=st.floats(-0.3, 0.3))
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 def test_an_average_adult_is_found_within_sigma_at_any_range_and_yaw(distance, yaw, x):
     position = np.array([x, -0.08, 1.0]) * distance
     distances, height = ESTIMATOR.measure(seen(standing_at(position, yaw_deg=yaw)), CAMERA)
@@ -121,7 +121,7 @@ def test_a_measured_neck_is_where_the_person_is():
 
 
 @given(hnp.arrays(np.float32, (2, 18, 3), elements=st.floats(width=32)))
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 def test_no_keypoints_make_it_raise(keypoints):
     for estimator, camera in ((ESTIMATOR, CAMERA), (PAPER, PAPER_CAMERA)):
         distances = estimator.estimate(

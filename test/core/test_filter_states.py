@@ -39,8 +39,8 @@ def shares_of(spread):
     return ErrorShares.of(np.array([spread]), np.array([spread]))
 
 
-def followed(rows, *, turn=SAME, shift=ORIGIN, always=False):
-    """Return the states after sightings, in a frame that is turned and shifted."""
+def followed(rows, *, turn=SAME, shift=ORIGIN):
+    """Return the states after the likely sightings, in a frame that is turned and shifted."""
     states = None
     for elapsed, place, spread in rows:
         place, shares = np.array([place]) @ turn.T + shift, shares_of(spread)
@@ -49,7 +49,7 @@ def followed(rows, *, turn=SAME, shift=ORIGIN, always=False):
             continue
         states = states.predicted(elapsed, MOTION, shift)
         update = states.updated(place, shares, shift)
-        if always or update.likely[0]:
+        if update.likely[0]:
             states = update.states
     return states
 
@@ -68,13 +68,22 @@ def test_covariances_stay_symmetric_and_positive(rows):
 @given(sightings, angles, places)
 def test_the_choice_of_the_fixed_frame_makes_no_difference(rows, turned, shift):
     turn, shift = rotation(*turned), np.array(shift)
-    here = followed(rows, always=True)
+    here = followed(rows)
     assume(np.linalg.norm(here.mean[0, POSITION]) > 0.3)
-    there = followed(rows, turn=turn, shift=shift, always=True)
+    there = followed(rows, turn=turn, shift=shift)
     back = there.moved(turn.T, -turn.T @ shift)
     scale = 1 + np.abs(here.mean).max()
     assert back.mean == pytest.approx(here.mean, abs=1e-6 * scale)
     assert back.covariance == pytest.approx(here.covariance, abs=1e-6 * scale ** 2)
+
+
+@given(places, st.floats(0.02, 1.0), spreads, st.floats(0.0, 3.0))
+def test_who_is_seen_much_nearer_is_not_followed_behind_the_camera(place, nearer, spread, elapsed):
+    seen = np.multiply(place, nearer)
+    states = started(np.array([place]), shares_of(spread), ORIGIN, MOTION)
+    states = states.predicted(elapsed, MOTION, ORIGIN).updated(
+        seen[None], shares_of(spread), ORIGIN).states
+    assert states.mean[0, POSITION] @ place >= 0.49 * np.square(place).sum()
 
 
 @given(st.floats(0.01, 2.0), st.integers(2, 30), sightings)

@@ -18,7 +18,7 @@ from depth_person.pose.paf import group
 STRIDE = 8
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(x=st.floats(2, 17), y=st.floats(2, 13), score=st.floats(0.3, 1))
 def test_a_peak_is_found_where_it_is_between_the_cells(x, y, score):
     maps = DrawnFields(COCO, 16, 20)
@@ -91,7 +91,7 @@ def test_people_are_joined_as_they_were_drawn(drawing, layout, places):
     assert_same_people(skeletons(maps, layout=layout), drawn, atol=0.5)
 
 
-@settings(max_examples=5, deadline=None)
+@settings(max_examples=5)
 @given(seed=st.integers(0, 10_000))
 def test_people_anywhere_apart_are_joined_as_they_were_drawn(seed):
     random = np.random.default_rng(seed)

@@ -38,7 +38,7 @@ def test_nine_people_are_found_where_they_are():
         people[..., 2], score_at(off_cell, score=0.9, shorter_side=72), atol=1e-5)
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(x=st.floats(6, 42), y=st.floats(11, 29), rows=st.integers(40, 70))
 def test_a_person_is_found_anywhere_to_the_fraction_of_a_cell(x, y, rows):
     heads = DrawnHeads(rows, 48)
@@ -138,7 +138,7 @@ def drawn_gaussian(place, *, offset_error=0.0):
     return [head[None] for head in heads.single], keypoints
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(x=st.floats(15, 33), y=st.floats(15, 33))
 def test_a_fitted_peak_is_where_heat_and_offset_agree(x, y):
     heads, keypoints = drawn_gaussian((x, y))

@@ -106,7 +106,7 @@ def test_nobody_is_one_per_person():
     assert one_per_person(np.empty((0, 17, 3), np.float32), np.empty((0, 4))).shape == (0,)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(scale=st.floats(0.5, 50), x=st.floats(-50, 50))
 def test_what_counts_as_double_does_not_depend_on_the_size_in_the_image(scale, x):
     beside = skeleton(x * scale, 0, size=scale)

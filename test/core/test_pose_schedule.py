@@ -52,7 +52,7 @@ def test_the_first_frame_of_a_stream_gets_every_look_at_once():
     assert len(schedule.looks(640, 480, ONE)) == 3  # another size is another stream
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(budget_ms=st.floats(0.5, 100), count=st.integers(1, 300))
 def test_looks_keep_to_the_budget(budget_ms, count):
     schedule = Schedule(budget_ms=budget_ms, input_side=512)

@@ -105,7 +105,7 @@ def test_somebody_far_off_is_somebody_else_whatever_the_size():
         assert tracker.update(people((1.5 * 20 * size, 0), size=size), 2).tolist() == [2]
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(st.lists(
     st.tuples(st.sampled_from([-700, 0, 40, 900]), st.lists(st.tuples(
         st.integers(0, 1000), st.integers(0, 700)), max_size=5)), max_size=15))

@@ -34,7 +34,7 @@ def test_pairs_are_left_and_right_of_the_same_joint():
 
 
 @given(pan=st.floats(-50, 50), tilt=st.floats(-50, 50), roll=st.floats(-180, 180))
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 def test_turning_the_camera_on_the_spot_changes_nothing_but_its_rotation(pan, tilt, roll):
     turn = rotation(2, roll) @ rotation(0, tilt) @ rotation(1, pan)
     plain = canonicalise(rays_of(BODY), EVERY)
@@ -45,7 +45,7 @@ def test_turning_the_camera_on_the_spot_changes_nothing_but_its_rotation(pan, ti
 
 
 @given(shown=st.lists(st.booleans(), min_size=18, max_size=18).filter(lambda x: sum(x) >= 2))
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 def test_a_mirror_image_gives_mirrored_points(shown):
     known = np.array([shown])
     plain = canonicalise(rays_of(BODY), known)

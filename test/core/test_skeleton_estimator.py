@@ -35,7 +35,7 @@ ranges = st.floats(2.5, 25)
 
 
 @given(distance=ranges, yaw=yaws, x=st.floats(-0.4, 0.4), y=st.floats(-0.2, 0.2))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_an_average_adult_is_found_within_sigma_at_any_range_and_yaw(distance, yaw, x, y):
     position = np.array([x, y, 1.0]) * distance
     distances = measure(seen(standing_at(position, yaw_deg=yaw)))
@@ -100,7 +100,7 @@ def test_each_networks_own_marks_give_the_same_range():
 
 
 @given(yaw=yaws, scale=st.floats(0.4, 4.0))
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 def test_another_focal_length_with_the_same_rays_changes_no_range(yaw, scale):
     body = standing_at((0.4, 0.2, 6.0), yaw_deg=yaw)
     camera = Intrinsics(1280, 720, 900 * scale, 900 * scale, 639.5, 359.5)
@@ -110,7 +110,7 @@ def test_another_focal_length_with_the_same_rays_changes_no_range(yaw, scale):
 
 
 @given(yaw=yaws, factor=st.floats(1.2, 3.0))
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 def test_a_person_who_looks_smaller_by_a_factor_is_farther_by_it(yaw, factor):
     near = measure(seen(standing_at((0, 0, 6.0), yaw_deg=yaw)))
     far = measure(seen(standing_at((0, 0, 6.0 * factor), yaw_deg=yaw)))
@@ -127,7 +127,7 @@ def test_a_larger_body_of_known_size_is_farther_by_the_same_factor():
 
 
 @given(yaw=yaws, x=st.floats(-2, 2))
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 def test_a_mirrored_image_gives_the_mirrored_position(yaw, x):
     body = standing_at((x, 0.1, 5.0), yaw_deg=yaw)
     plain = measure(seen(body))
@@ -138,7 +138,7 @@ def test_a_mirrored_image_gives_the_mirrored_position(yaw, x):
 
 
 @given(yaw=yaws, roll=st.floats(-180, 180))
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 def test_rotating_about_the_optical_axis_changes_nothing_without_gravity(yaw, roll):
     cos, sin = np.cos(np.radians(roll)), np.sin(np.radians(roll))
     turn = np.array([[cos, -sin, 0], [sin, cos, 0], [0, 0, 1]])
@@ -152,7 +152,7 @@ def test_rotating_about_the_optical_axis_changes_nothing_without_gravity(yaw, ro
 @given(
     yaw=yaws, distance=ranges, data=st.data(),
     scores=st.lists(st.floats(0.2, 1.0), min_size=18, max_size=18))
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=80)
 def test_a_lower_score_never_shrinks_sigma(yaw, distance, data, scores):
     people = seen(standing_at((0, 0, distance), yaw_deg=yaw), convention='movenet')
     keypoints = people.keypoints.copy()
