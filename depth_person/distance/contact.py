@@ -4,7 +4,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from depth_person.distance.filtering import POSITION, States, VELOCITY
+from depth_person.distance.states import POSITION, States, VELOCITY
 from depth_person.distance.vectors import length
 
 _Array = NDArray[np.float64]

@@ -8,8 +8,10 @@ from numpy.typing import NDArray
 
 from depth_person.distance.contact import time_to_contact
 from depth_person.distance.estimator import Cue, Distances, Reason
-from depth_person.distance.filtering import Motion, POSITION, States, VELOCITY
+from depth_person.distance.filtering import predicted
+from depth_person.distance.motion import Motion
 from depth_person.distance.scale import BODY_SPREAD, lasting
+from depth_person.distance.states import POSITION, States, VELOCITY
 from depth_person.distance.tracked import CameraPose, TrackedPeople
 from depth_person.distance.tracks import missing, Sightings, Tracks
 from depth_person.distance.vectors import length, unit_or_zero
@@ -139,8 +141,9 @@ class PeopleFilter:
                  and float(length(velocity)) <= LARGEST_SPEED)
         if before is not None and not fixed:
             states = _doubted(_seen_from(states, before, self._camera_velocity))
-        states = states.predicted(
-            elapsed_s, self._motion(fixed), self._camera.position if fixed else np.zeros(3))
+        states = predicted(
+            states, elapsed_s, self._motion(fixed),
+            self._camera.position if fixed else np.zeros(3))
         if pose is not None and not fixed:
             states = _doubted(states).moved(pose.rotation, pose.position)
         gain = 1 - np.exp(-elapsed_s / CAMERA_MEMORY_S) if fixed else 0.0

@@ -6,8 +6,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from depth_person.distance.filtering import Motion, POSITION, started, States
+from depth_person.distance.filtering import started, updated
+from depth_person.distance.motion import Motion
 from depth_person.distance.scale import ErrorShares
+from depth_person.distance.states import POSITION, States
 
 _Array = NDArray[np.float64]
 _Rows = NDArray[np.intp]
@@ -136,8 +138,8 @@ class Tracks:
 
     def _updated(self, rows: _Rows, seen: Sightings, motion: Motion) -> Tracks:
         """Return the tracks after sightings of these rows."""
-        update = self.states.take(rows).updated(
-            seen.places, seen.shares(self.usual[rows]), seen.origin)
+        update = updated(
+            self.states.take(rows), seen.places, seen.shares(self.usual[rows]), seen.origin)
         waited_s = (seen.stamp_ns - self.measured_ns[rows]) * _NS
         again = ~update.likely & (self.outliers[rows] + 1 >= OUTLIERS) & (waited_s >= OUTLIERS_S)
         states = self.states.put(rows[update.likely], update.states.take(update.likely))
@@ -160,8 +162,8 @@ class Tracks:
             return self
         row, found = (each.ravel() for each in np.meshgrid(lost, new))
         pairs = seen.take(found)
-        update = self.states.take(row).updated(
-            pairs.places, pairs.shares(self.usual[row]), pairs.origin)
+        update = updated(
+            self.states.take(row), pairs.places, pairs.shares(self.usual[row]), pairs.origin)
         ids = self.ids.copy()
         for pair in np.argsort(update.off)[:update.likely.sum()]:
             if ids[row[pair]] == self.ids[row[pair]] and seen.ids[found[pair]] not in ids:

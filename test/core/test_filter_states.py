@@ -7,7 +7,8 @@ import pytest
 from depth_person.distance.contact import time_to_contact
 from depth_person.distance.conventions import CONVENTIONS
 from depth_person.distance.estimator import Body, Cue
-from depth_person.distance.filtering import Motion, N_STATES, POSITION, started, States, VELOCITY
+from depth_person.distance.filtering import predicted, started, updated
+from depth_person.distance.motion import Motion
 from depth_person.distance.scale import (
     BODY_SPREAD,
     body_spread,
@@ -15,6 +16,7 @@ from depth_person.distance.scale import (
     ErrorShares,
     lasting,
 )
+from depth_person.distance.states import N_STATES, POSITION, States, VELOCITY
 
 ORIGIN, SAME = np.zeros(3), np.eye(3)
 MOTION = Motion(speed=1.0, acceleration=0.4, turn_rate=0.5, turn_acceleration=1.0)
@@ -47,8 +49,8 @@ def followed(rows, *, turn=SAME, shift=ORIGIN):
         if states is None:
             states = started(place, shares, shift, MOTION)
             continue
-        states = states.predicted(elapsed, MOTION, shift)
-        update = states.updated(place, shares, shift)
+        states = predicted(states, elapsed, MOTION, shift)
+        update = updated(states, place, shares, shift)
         if update.likely[0]:
             states = update.states
     return states
@@ -81,8 +83,8 @@ def test_the_choice_of_the_fixed_frame_makes_no_difference(rows, turned, shift):
 def test_who_is_seen_much_nearer_is_not_followed_behind_the_camera(place, nearer, spread, elapsed):
     seen = np.multiply(place, nearer)
     states = started(np.array([place]), shares_of(spread), ORIGIN, MOTION)
-    states = states.predicted(elapsed, MOTION, ORIGIN).updated(
-        seen[None], shares_of(spread), ORIGIN).states
+    states = predicted(states, elapsed, MOTION, ORIGIN)
+    states = updated(states, seen[None], shares_of(spread), ORIGIN).states
     assert states.mean[0, POSITION] @ place >= 0.49 * np.square(place).sum()
 
 
@@ -90,10 +92,10 @@ def test_who_is_seen_much_nearer_is_not_followed_behind_the_camera(place, nearer
 def test_one_long_step_is_many_short_ones(elapsed, parts, rows):
     fixed = Motion(speed=1.0, acceleration=0.4)
     start = followed(rows)
-    once = start.predicted(elapsed, fixed, ORIGIN)
+    once = predicted(start, elapsed, fixed, ORIGIN)
     often = start
     for _ in range(parts):
-        often = often.predicted(elapsed / parts, fixed, ORIGIN)
+        often = predicted(often, elapsed / parts, fixed, ORIGIN)
     assert often.mean == pytest.approx(once.mean, rel=1e-6, abs=1e-9)
     assert often.covariance == pytest.approx(once.covariance, rel=1e-6, abs=1e-9)
 
@@ -132,8 +134,9 @@ def test_a_long_uncertainty_along_the_ray_is_short_across():
     ((0.0, 0.0, 5.0), True), ((0.0, 0.0, 5.6), True), ((0.0, 0.0, 9.0), False),
     ((0.0, 0.0, 2.5), False), ((1.5, 0.0, 5.0), False), ((0.0, 0.0, -5.0), False)])
 def test_the_gate_lets_through_what_is_likely(place, likely):
-    states = followed([(1 / 15, (0.0, 0.0, 5.0), 0.05)] * 15).predicted(1 / 15, MOTION, ORIGIN)
-    update = states.updated(np.array([place]), shares_of(0.05), ORIGIN)
+    states = predicted(
+        followed([(1 / 15, (0.0, 0.0, 5.0), 0.05)] * 15), 1 / 15, MOTION, ORIGIN)
+    update = updated(states, np.array([place]), shares_of(0.05), ORIGIN)
     assert update.likely.tolist() == [likely]
 
 
