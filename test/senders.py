@@ -13,6 +13,8 @@ from depth_person.camera.pattern import draw_pattern
 
 #: How many frames' times of drawing are kept.
 _REMEMBERED = 2000
+#: Neither DDS takes these ports, in domains up to 100, nor Linux for outgoing connections.
+_PORTS = range(61_000, 65_000, 2)
 ENCODERS = {
     'h264': ('-c:v', 'libx264', '-preset', 'ultrafast', '-tune', 'zerolatency',
              '-pix_fmt', 'yuv420p'),
@@ -23,7 +25,7 @@ ENCODERS = {
 def free_port(kind=socket.SOCK_DGRAM):
     """Return an even port that is free, and so is the next: RTP has its control there."""
     while True:
-        port = random.randrange(20000, 30000, 2)
+        port = random.choice(_PORTS)
         with suppress(OSError), socket.socket(socket.AF_INET, kind) as one, \
                 socket.socket(socket.AF_INET, kind) as other:
             one.bind(('127.0.0.1', port))

@@ -1,6 +1,6 @@
 """The test pattern: frames that come in time and say their number."""
 import threading
-import time
+from types import SimpleNamespace
 
 import cv2
 from hypothesis import given
@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 import numpy as np
 import pytest
 
+from depth_person.camera import pattern
 from depth_person.camera.pattern import draw_pattern, read_number
 from depth_person.camera.sources import open_source
 from depth_person.errors import DepthPersonError
@@ -38,20 +39,25 @@ def test_two_frames_differ_all_over():
     assert np.mean(np.any(one != other, axis=-1)[30:]) > 0.9
 
 
-def test_frames_come_at_their_rate_and_late_ones_are_dropped():
-    with open_source('test://320x240@50', clock=time.time_ns) as source:
+def test_frames_come_at_their_rate_and_late_ones_are_dropped(monkeypatch):
+    now = SimpleNamespace(s=0.0)
+
+    def wait(seconds):
+        now.s += seconds
+
+    monkeypatch.setattr(pattern, 'time', SimpleNamespace(monotonic=lambda: now.s))
+    monkeypatch.setattr(pattern, 'Event', lambda: SimpleNamespace(wait=wait, set=lambda: None))
+    with open_source('test://320x240@50', clock=lambda: round(now.s * 1e9)) as source:
         assert source.live
-        started_s = time.monotonic()
-        numbers = [read_number(source.read().image) for _ in range(10)]
-        assert 0.15 < time.monotonic() - started_s < 1.0
-        assert numbers == sorted(set(numbers))
-        time.sleep(0.2)
-        dropped = source.dropped
-        frame = source.read()
-    assert frame.image.shape == (240, 320, 3)
-    assert source.dropped >= dropped + 8
-    assert read_number(frame.image) >= numbers[-1] + 9
-    assert abs(time.time_ns() - frame.stamp_ns) < 0.5e9
+        frames = [source.read() for _ in range(10)]
+        wait(0.21)
+        late = source.read()
+    assert [read_number(frame.image) for frame in frames] == list(range(10))
+    assert [frame.stamp_ns for frame in frames] == [20_000_000 * each for each in range(10)]
+    assert late.image.shape == (240, 320, 3)
+    assert read_number(late.image) == 19  # due since 0.38 s
+    assert source.dropped == 9
+    assert late.stamp_ns == 390_000_000
 
 
 def test_closing_ends_a_read_that_waits():

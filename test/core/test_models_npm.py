@@ -4,6 +4,7 @@ from __future__ import annotations
 import fcntl
 from importlib.machinery import ModuleSpec
 import time
+from types import SimpleNamespace
 
 import pytest
 
@@ -61,9 +62,19 @@ def test_a_download_without_progress_is_ended(fake_npm, folder):
     assert time.monotonic() - started < 30
 
 
-def test_a_download_that_grows_is_waited_for(fake_npm, folder):
-    fake_npm('for i in 1 2 3 4 5 6; do echo >> cache; sleep 0.3; done; mv cache some.tgz')
+def test_a_download_that_grows_is_waited_for(fake_npm, folder, monkeypatch):
+    fake_npm('until test -e cache6; do sleep 0.01; done; touch some.tgz')
+    now = SimpleNamespace(s=0)
+
+    def grow(_):
+        if now.s < 6:
+            now.s += 1
+            (folder / f'cache{now.s}').write_text('more')
+        time.sleep(0.01)
+
+    monkeypatch.setattr(npm, 'time', SimpleNamespace(monotonic=lambda: now.s, sleep=grow))
     assert fetch_package('some@1.0', folder, size=6, stall_timeout_s=1.5).exists()
+    assert now.s == 6
 
 
 def test_npm_that_outlives_its_starter_keeps_the_lock(fake_npm, folder, tmp_path):
