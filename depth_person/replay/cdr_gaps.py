@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from struct import Struct
 from typing import Any
 
 from rosbags.interfaces import Nodetype
@@ -53,12 +54,12 @@ class GapCleaner:
             return self._fields(detail)
         if kind == Nodetype.BASE:
             name = detail[0]
-            return [_string if name == 'string' else _Run((_SIZES[name],))]
+            return [_COUNT, _skip] if name == 'string' else [_Run((_SIZES[name],))]
         (item_kind, item_detail), length = detail
         item = self._parts(item_kind, item_detail)
         if kind == Nodetype.ARRAY:
             return item * length
-        return [_list_of(item)]
+        return [_COUNT, _list_of(item)]
 
 
 class _Run:
@@ -71,8 +72,7 @@ class _Run:
     def __init__(self, sizes: tuple[int, ...]) -> None:
         self.sizes = sizes
         # By the offset at which the run begins, up to multiples of the longest alignment.
-        self._gaps, self._lengths = zip(
-            *(_layout(sizes, phase) for phase in range(_LONGEST)), strict=True)
+        self._layouts = [_layout(sizes, phase) for phase in range(_LONGEST)]
 
     def then(self, other: _Run) -> _Run:
         """Return this run with another behind it."""
@@ -85,10 +85,10 @@ class _Run:
 
     def __call__(self, data: bytearray, offset: int) -> int:
         """Clear the gaps of the run that begins at an offset; return the offset behind it."""
-        phase = (offset - _HEADER) % _LONGEST
-        for start, end in self._gaps[phase]:
+        gaps, length = self._layouts[(offset - _HEADER) % _LONGEST]
+        for start, end in gaps:
             data[offset + start:offset + end] = bytes(end - start)
-        return offset + self._lengths[phase]
+        return offset + length
 
 
 def _layout(sizes: Iterable[int], phase: int) -> tuple[list[tuple[int, int]], int]:
@@ -103,18 +103,13 @@ def _layout(sizes: Iterable[int], phase: int) -> tuple[list[tuple[int, int]], in
     return gaps, position - phase
 
 
+#: How long a string or a list is, which stands before it.
 _COUNT = _Run((4,))
+_read_count = Struct('<I').unpack_from
 
 
-def _count(data: bytearray, offset: int) -> tuple[int, int]:
-    """Return the number at an offset, and the offset behind it."""
-    end = _COUNT(data, offset)
-    return int.from_bytes(data[end - 4:end], 'little'), end
-
-
-def _string(data: bytearray, offset: int) -> int:
-    length, offset = _count(data, offset)
-    return offset + length
+def _skip(data: bytearray, offset: int) -> int:
+    return offset + _read_count(data, offset - 4)[0]
 
 
 def _list_of(item: list[_Run | Walk]) -> Walk:
@@ -124,8 +119,7 @@ def _list_of(item: list[_Run | Walk]) -> Walk:
     walk = _sequence(item)
 
     def walk_list(data: bytearray, offset: int) -> int:
-        count, offset = _count(data, offset)
-        for _ in range(count):
+        for _ in range(*_read_count(data, offset - 4)):
             offset = walk(data, offset)
         return offset
     return walk_list
@@ -135,7 +129,7 @@ def _numbers(item: _Run) -> Walk:
     size = sum(item.sizes)
 
     def walk_numbers(data: bytearray, offset: int) -> int:
-        count, offset = _count(data, offset)
+        count, = _read_count(data, offset - 4)
         return item(data, offset) + (count - 1) * size if count else offset
     return walk_numbers
 
