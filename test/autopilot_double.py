@@ -44,7 +44,7 @@ class AutopilotDouble:
             self.listen()
         self.heard.clear()
 
-    def listen_until(self, done, timeout_s=10.0):
+    def listen_until(self, done, timeout_s=60.0):
         deadline = time.monotonic() + timeout_s
         while not done():
             assert time.monotonic() < deadline, [str(message) for message in self.heard]

@@ -140,7 +140,7 @@ def test_a_writer_that_is_stopped_leaves_a_readable_bag(tmp_path, stop):
     assert child.stdout.readline() == b'going\n'
 
     child.send_signal(stop)
-    child.communicate(timeout=30)
+    child.communicate(timeout=120)
 
     with BagReader(tmp_path / 'bag') as reader:
         numbers = [int(message.data.split()[0]) for _, _, message in reader.messages()]

@@ -62,7 +62,7 @@ def camera(tmp_path, monkeypatch):
     return put
 
 
-def open_device(device, timeout_s=1.0, **options):
+def open_device(device, timeout_s=20.0, **options):
     return devices.open_device(device, options=DeviceOptions(**options), frame_id='eye',
                                clock=lambda: 0, timeout_s=timeout_s)
 

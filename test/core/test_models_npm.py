@@ -79,7 +79,7 @@ def test_a_download_that_grows_is_waited_for(fake_npm, folder, monkeypatch):
 
 def test_npm_that_outlives_its_starter_keeps_the_lock(fake_npm, folder, tmp_path):
     """Or the next install would clear the folder under its feet."""
-    fake_npm(f'touch some.tgz; (until test -e {tmp_path}/over; do sleep 0.1; done) &')
+    fake_npm('touch some.tgz; (until test -e ../over; do sleep 0.1; done) &')
     path = tmp_path / 'lock'
     with path.open('w') as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)

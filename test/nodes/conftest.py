@@ -38,9 +38,9 @@ class Program:
 
     @property
     def said(self):
-        return self._log.read_text()
+        return self._log.read_text(errors='replace')  # a letter may be half written
 
-    def hears(self, text, timeout_s=20.0):
+    def hears(self, text, timeout_s=60.0):
         """Wait until the program has said a text."""
         deadline = time.monotonic() + timeout_s
         while text not in self.said:
@@ -54,7 +54,7 @@ class Program:
     def poll(self):
         return self._process.poll()
 
-    def exit_code(self, timeout_s=10.0):
+    def exit_code(self, timeout_s=30.0):
         return self._process.wait(timeout_s)
 
     def kill(self):
@@ -100,19 +100,20 @@ class Domain:
         self.spin_for(0.3)  # and they the publisher, which nobody can ask
         return publisher
 
-    def spin_until(self, done, timeout_s=20.0):
+    def spin_until(self, done, timeout_s=60.0):
         """Spin until a condition holds; fail if it does not in time."""
         deadline = time.monotonic() + timeout_s
         while not done():
             assert time.monotonic() < deadline, self._all_said()
             self._executor.spin_once(timeout_sec=0.05)
 
-    def spin_for(self, seconds):
+    def spin_for(self, seconds, unless=lambda: False):
+        """Spin for a time, or until a condition holds."""
         deadline = time.monotonic() + seconds
-        while time.monotonic() < deadline:
+        while time.monotonic() < deadline and not unless():
             self._executor.spin_once(timeout_sec=0.05)
 
-    def status(self, node, matches=lambda status: True, timeout_s=20.0):
+    def status(self, node, matches=lambda status: True):
         """Return the first diagnostics of a node from now on that match."""
         arrays = self.listen(DiagnosticArray, '/diagnostics')
 
@@ -120,7 +121,7 @@ class Domain:
             return [status for array in arrays for status in array.status
                     if status.name == node and matches(status)]
 
-        self.spin_until(found, timeout_s)
+        self.spin_until(found)
         return found()[0]
 
     def fault(self, node, text):

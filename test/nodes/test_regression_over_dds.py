@@ -61,7 +61,7 @@ def test_played_keypoints_give_their_golden_values(domain, nodes):
     player = domain.start(
         'depth_person', 'play', CASES['drone'].path, '--wait', '--topics', KEYPOINTS, INFO,
         ready='playing')
-    domain.spin_until(lambda: player.poll() is not None, timeout_s=60)
+    domain.spin_until(lambda: player.poll() is not None)
     domain.spin_for(1.0)
     result = compared('drone', clouds)
     # A busy machine may drop some; the first may overtake the CameraInfo.
