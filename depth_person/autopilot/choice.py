@@ -72,7 +72,7 @@ def target_of(tracked: TrackedPeople, row: int, camera: CameraOnBody) -> Target:
     distances = tracked.distances
     position, distance = distances.position[row], distances.range[row]
     ray = camera.rotation @ (position / distance)
-    along = np.outer(ray, ray)
+    along = ray[:, None] * ray
     across = (distance * _DIRECTION_SIGMA) ** 2 + _PLACE_SIGMA ** 2
     return Target(
         int(tracked.people.track_ids[row]), camera.to_body(position),
@@ -95,4 +95,4 @@ def _best(tracked: TrackedPeople, cost: _Array) -> int | None:
     fit = distances.known & np.isfinite(distances.range_sigma) & np.isfinite(cost)
     if not fit.any():
         return None
-    return int(np.argmin(np.where(fit, cost, np.inf)))
+    return int(np.where(fit, cost, np.inf).argmin())

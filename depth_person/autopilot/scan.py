@@ -7,6 +7,7 @@ both sides, as in sensor_msgs/LaserScan and in MAVLink's OBSTACLE_DISTANCE.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -84,13 +85,13 @@ def scan(
     position, distance = distances.position[known], distances.range[known]
     near = np.maximum(distance - options.sigmas * distances.range_sigma[known], 0.0)
     near_point = view.to_level(position * (near / distance)[:, None])
-    sent = centimetres(
+    told = centimetres(
         np.maximum(np.hypot(near_point[:, 0], near_point[:, 1]), options.range_min))
     first, last = _bins(*_extent(
         view.to_level(position), view.to_level(rays[known] * distance[:, None, None])))
-    for row in np.flatnonzero(sent <= centimetres(options.range_max)):
+    for row in np.flatnonzero(told <= sent(options.range_max)):
         filled = _filled(first[row], last[row])
-        ranges[filled] = np.fmin(ranges[filled], sent[row])
+        ranges[filled] = np.fmin(ranges[filled], told[row])
     return ranges
 
 
@@ -100,6 +101,12 @@ def centimetres(metres: ArrayLike) -> NDArray[np.float32]:
     result = (whole / 100).astype(np.float32)
     short = result.astype(np.float64) * 100 < whole
     return np.where(short, np.nextafter(result, np.float32(np.inf)), result)
+
+
+@lru_cache(maxsize=16)
+def sent(metres: float) -> float:
+    """Return a single distance as centimetres() does."""
+    return float(centimetres(metres))
 
 
 def _extent(neck: _Array, joints: _Array) -> tuple[_Array, _Array]:

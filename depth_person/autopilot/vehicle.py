@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from depth_person.distance.attitude import optical_from_body
+from depth_person.distance.vectors import cross
 
 _Array = NDArray[np.float64]
 
@@ -78,7 +79,7 @@ class LevelView:
         if not length > _STEEPEST:
             return None
         ahead = ahead / length
-        level_from_body = np.stack([ahead, np.cross(down, ahead), down])
+        level_from_body = np.array([ahead, cross(down, ahead), down])
         return cls(level_from_body @ camera.rotation, level_from_body @ camera.position)
 
     def to_level(self, points: _Array) -> _Array:

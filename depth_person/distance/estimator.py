@@ -47,6 +47,10 @@ class Cue(IntFlag):
     BOX = 16
 
 
+# NumPy compares arrays with a member of an enumeration in five times the time.
+_HAS_RANGE = int(Reason.NONE)
+
+
 @dataclass(frozen=True)
 class Body:
     """
@@ -127,7 +131,7 @@ class Distances:
     @property
     def known(self) -> NDArray[np.bool_]:
         """(n,) whether the person has a range."""
-        return self.reason == Reason.NONE
+        return self.reason == _HAS_RANGE
 
     def __len__(self) -> int:
         return len(self.range)
@@ -138,7 +142,7 @@ class Distances:
         reason: NDArray[np.uint8], cues: NDArray[np.uint8],
     ) -> Distances:
         """Return the distances to these positions, all NaN and without cue where one has none."""
-        known = reason == Reason.NONE
+        known = reason == _HAS_RANGE
         position = np.where(known[:, None], position, np.nan)
         return cls(
             range=length(position),

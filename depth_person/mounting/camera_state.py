@@ -134,7 +134,7 @@ class _View:
     def on_body(self) -> CameraOnBody:
         """Return where the camera is on the vehicle."""
         if self.settings.mounting == 'fixed':
-            return self.settings.camera_on_body()
+            return self.settings.camera_on_body
         pose = self.inputs.transform_at(
             target=self.settings.base_frame, source=self.frame_id, stamp_ns=self.stamp_ns).value
         return CameraOnBody(pose.rotation, pose.position)

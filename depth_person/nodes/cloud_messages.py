@@ -1,6 +1,7 @@
 """People and their distances as sensor_msgs/PointCloud2."""
 from __future__ import annotations
 
+from functools import cache
 import sys
 
 import numpy as np
@@ -140,14 +141,16 @@ def decode_cloud(message: PointCloud2, layout: np.dtype) -> NDArray[np.void]:
 def _cloud(points: NDArray[np.void], header: Header, *, is_dense: bool) -> PointCloud2:
     """Return a two-dimensional structured array as a cloud."""
     height, width = points.shape
-    layout = points.dtype
-    offsets = {name: value[1] for name, value in (layout.fields or {}).items()}
+    size = points.dtype.itemsize
     return PointCloud2(
-        header=header, height=height, width=width,
-        fields=[
-            PointField(
-                name=name, offset=offsets[name], datatype=_DATATYPES[layout[name].str[1:]],
-                count=1)
-            for name in layout.names or ()],
-        is_bigendian=sys.byteorder == 'big', point_step=layout.itemsize,
-        row_step=width * layout.itemsize, data=byte_array(points), is_dense=is_dense)
+        header=header, height=height, width=width, fields=[*_fields(points.dtype)],
+        is_bigendian=sys.byteorder == 'big', point_step=size, row_step=width * size,
+        data=byte_array(points), is_dense=is_dense)
+
+
+@cache
+def _fields(layout: np.dtype) -> list[PointField]:
+    """Return what a cloud says of its points; all of a layout share it."""
+    return [
+        PointField(name=name, offset=offset, datatype=_DATATYPES[kind.str[1:]], count=1)
+        for name, (kind, offset, *_) in (layout.fields or {}).items()]

@@ -18,6 +18,9 @@ _LONGEST = 8
 #: Clears the gaps of one field that begins at an offset; returns the offset behind it.
 Walk = Callable[[bytearray, int], int]
 
+#: The gaps between fields, from where they begin, and where they end.
+_Layout = tuple[list[tuple[int, int]], int]
+
 
 class GapCleaner:
     """
@@ -72,7 +75,7 @@ class _Run:
     def __init__(self, sizes: tuple[int, ...]) -> None:
         self.sizes = sizes
         # By the offset at which the run begins, up to multiples of the longest alignment.
-        self._layouts = [_layout(sizes, phase) for phase in range(_LONGEST)]
+        self.layouts = [_layout(sizes, phase) for phase in range(_LONGEST)]
 
     def then(self, other: _Run) -> _Run:
         """Return this run with another behind it."""
@@ -83,15 +86,8 @@ class _Run:
         """Whether one run directly behind another leaves no gap, once the first is aligned."""
         return len(set(self.sizes)) == 1
 
-    def __call__(self, data: bytearray, offset: int) -> int:
-        """Clear the gaps of the run that begins at an offset; return the offset behind it."""
-        gaps, length = self._layouts[(offset - _HEADER) % _LONGEST]
-        for start, end in gaps:
-            data[offset + start:offset + end] = bytes(end - start)
-        return offset + length
 
-
-def _layout(sizes: Iterable[int], phase: int) -> tuple[list[tuple[int, int]], int]:
+def _layout(sizes: Iterable[int], phase: int) -> _Layout:
     """Return the gaps between fields that begin at an offset, and where they end."""
     gaps = []
     position = phase
@@ -112,31 +108,42 @@ def _skip(data: bytearray, offset: int) -> int:
     return offset + _read_count(data, offset - 4)[0]
 
 
+def _stay(data: bytearray, offset: int) -> int:
+    return offset
+
+
 def _list_of(item: list[_Run | Walk]) -> Walk:
-    only = item[0] if len(item) == 1 else None
-    if isinstance(only, _Run) and only.whole:
-        return _numbers(only)
     walk = _sequence(item)
 
     def walk_list(data: bytearray, offset: int) -> int:
         for _ in range(*_read_count(data, offset - 4)):
             offset = walk(data, offset)
         return offset
-    return walk_list
-
-
-def _numbers(item: _Run) -> Walk:
-    size = sum(item.sizes)
 
     def walk_numbers(data: bytearray, offset: int) -> int:
         count, = _read_count(data, offset - 4)
-        return item(data, offset) + (count - 1) * size if count else offset
-    return walk_numbers
+        return walk(data, offset) + (count - 1) * size if count else offset
+
+    if len(item) == 1 and isinstance(item[0], _Run) and item[0].whole:
+        size = sum(item[0].sizes)
+        return walk_numbers
+    return walk_list
 
 
 def _sequence(parts: list[_Run | Walk]) -> Walk:
+    """Return the walk along parts, of which no two that are not runs follow each other."""
+    steps: list[tuple[list[_Layout], Walk]] = []
+    for part in parts:
+        if isinstance(part, _Run):
+            steps.append((part.layouts, _stay))
+        else:
+            steps[-1] = steps[-1][0], part
+
     def walk_parts(data: bytearray, offset: int) -> int:
-        for part in parts:
-            offset = part(data, offset)
+        for layouts, then in steps:
+            gaps, length = layouts[(offset - _HEADER) % _LONGEST]
+            for start, end in gaps:
+                data[offset + start:offset + end] = bytes(end - start)
+            offset = then(data, offset + length)
         return offset
     return walk_parts

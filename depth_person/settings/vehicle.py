@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 import math
 
 from depth_person.autopilot.scan import FARTHEST, ScanOptions
@@ -33,8 +34,9 @@ class MountingSettings:
         'base_link', "The vehicle's frame, x forward, y left, z up; person_depth/scan is in the "
         'same with the ending _frd (forward, right, down).')
 
+    @cached_property
     def camera_on_body(self) -> CameraOnBody:
-        """Return where the camera is when nothing moves it."""
+        """Where the camera is when nothing moves it."""
         return CameraOnBody.mounted(
             pitch_down=math.radians(self.camera_pitch), roll_cw=math.radians(self.camera_roll),
             yaw_right=math.radians(self.camera_yaw),

@@ -105,7 +105,8 @@ def test_other_layouts_are_refused(broken, said):
 
 def test_a_field_of_another_type_is_refused():
     message = encode_people(people(1), Header())
-    message.fields[3].datatype = PointField.FLOAT32
+    message.fields[3] = PointField(
+        name='track_id', offset=12, datatype=PointField.FLOAT32, count=1)
     with pytest.raises(DepthPersonError, match="'track_id' of type int32"):
         decode_people(message)
 
