@@ -1,4 +1,7 @@
 """The nodes' life as their manager sees it: services over DDS, and what is published meanwhile."""
+from functools import partial
+import time
+
 from lifecycle_msgs.msg import State, Transition
 from lifecycle_msgs.srv import ChangeState, GetState
 import pytest
@@ -30,11 +33,21 @@ class Manager:
         return self.call(GetState, f'{node}/get_state', GetState.Request()).current_state.id
 
 
+def _note_time(published_ns, _, info):
+    published_ns.append(info['source_timestamp'])
+
+
 @pytest.fixture(scope='module')
 def composed(shared_domain, folder):
-    """Return a domain with all nodes in one process, started by themselves."""
-    shared_domain.outputs = {
-        node: shared_domain.listen(kind, topic, 1) for node, (kind, topic) in OUTPUTS.items()}
+    """
+    Return a domain with all nodes in one process, started by themselves.
+
+    Its outputs are the times at which each published.
+    """
+    shared_domain.outputs = {node: [] for node in OUTPUTS}
+    for node, (kind, topic) in OUTPUTS.items():
+        note = partial(_note_time, shared_domain.outputs[node])
+        shared_domain.node.create_subscription(kind, topic, note, 1)
     shared_domain.program = shared_domain.start(
         'depth_person', 'run', '--source', folder, '--loop', '--fps', '10',
         '--horizontal-fov', '60', '--ros-args', *PARAMETERS)
@@ -52,14 +65,23 @@ def test_deactivating_a_node_stops_its_output_and_what_follows_until_it_is_activ
     manager = Manager(composed)
     assert manager.state(node) == State.PRIMARY_STATE_ACTIVE
     assert manager.change(node, Transition.TRANSITION_DEACTIVATE)
-    composed.spin_for(0.15)  # what DDS still holds
-    composed.outputs[node].clear()
+    stopped_ns = time.time_ns()
     composed.spin_for(1.0)
-    assert not composed.outputs[node]
-    for messages in composed.outputs.values():  # others have finished the frame that they had
-        messages.clear()
-    composed.spin_for(0.5)
-    assert {name for name, messages in composed.outputs.items() if not messages} == set(silent)
+    assert max(composed.outputs[node], default=0) <= stopped_ns
+
+    def quiet():
+        for published_ns in composed.outputs.values():
+            published_ns.clear()
+        composed.spin_for(0.5)
+        return silence()
+
+    def silence():
+        return not any(composed.outputs[name] for name in silent)
+
+    composed.spin_until(quiet)  # others finish the frame that they had
+    composed.spin_until(lambda: all(
+        published_ns for name, published_ns in composed.outputs.items() if name not in silent))
+    assert silence()
     assert composed.fault(node, 'inactive').level == b'\x01'
     assert manager.change(node, Transition.TRANSITION_ACTIVATE)
     composed.spin_until(lambda: all(composed.outputs.values()))
