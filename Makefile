@@ -66,6 +66,7 @@ test: lint
 	else echo 'NumPy 1.26 ends with Python 3.12: the core is not tested with it here'; fi
 	$(BIN)/python -m pytest $(TOGETHER) test/core
 	$(BIN)/python -m pytest $(TOGETHER) test/nodes
+	$(BIN)/python test/system/chromium.py
 	$(BIN)/python -m pytest test/system
 
 test-native: $(NATIVE)/.installed

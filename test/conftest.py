@@ -1,4 +1,6 @@
 """What all tests share."""
+import signal
+
 from hypothesis import settings
 import pytest
 
@@ -7,6 +9,9 @@ import pytest
 settings.register_profile('repeatable', deadline=None, derandomize=True)
 settings.register_profile('explore', deadline=None, max_examples=1000)
 settings.load_profile('repeatable')
+
+# Where jobs run in the background Ctrl-C is ignored, here and in every program that is started.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 #: Files of the core that talk to other processes.
 _LIVE = ('test_camera_live', 'test_camera_streams')

@@ -90,6 +90,21 @@ def test_skeletons_give_the_range_of_whoever_walks_or_turns(sightings, person, l
     assert np.median(np.abs(measured - 1)) < limit
 
 
+def test_nobody_is_seen_who_is_not_there_and_sigmas_tell_the_errors(sightings):
+    strange, in_sigmas = [], []
+    for frame, people, truth in sightings:
+        distances = make_estimator('skeleton').estimate(people, frame.intrinsics)
+        seen, true = (frame.intrinsics.project(positions) for positions in (
+            distances.position, np.stack([truth[axis] for axis in 'xyz'], axis=-1)))
+        pixels = np.linalg.norm(seen[:, None] - true, axis=2)
+        known = pixels.min(axis=1) < SAME_PERSON_PX
+        strange += (~known).tolist()
+        error = distances.range - truth['range'][pixels.argmin(axis=1)]
+        in_sigmas += np.abs(error / distances.range_sigma)[known].tolist()
+    assert np.mean(strange) < 0.05
+    assert np.mean(np.array(in_sigmas) < 2) > 0.7
+
+
 @pytest.mark.parametrize(('person', 'when'), [(AWAY, ALWAYS), (TURNING, FACING)])
 def test_shoulders_give_the_range_of_who_is_square_to_the_camera(sightings, person, when):
     assert shoulders_are_right(sightings[when], person, shoulder_width=0.35)

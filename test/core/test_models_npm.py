@@ -34,9 +34,9 @@ def folder(tmp_path):
 
 
 def test_the_archive_that_npm_packs_is_returned(fake_npm, folder, capfd):
-    fake_npm('echo "$@" > words; head -c 3000 /dev/zero > cache; sleep 0.5; mv cache some.tgz')
+    fake_npm(r'printf "%s\n" "$@" > words; head -c 3000 /dev/zero > cache; mv cache some.tgz')
     assert fetch_package('some@1.0', folder, size=3000) == folder / 'some.tgz'
-    words = (folder / 'words').read_text().split()
+    words = (folder / 'words').read_text().splitlines()
     assert words[:2] == ['pack', 'some@1.0']
     assert str(folder / 'cache') in words
     assert 'some@1.0: ' in capfd.readouterr().err  # the bar
