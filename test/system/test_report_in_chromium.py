@@ -26,7 +26,7 @@ def page(tmp_path_factory):
 def test_the_results_of_process_are_the_golden_ones(page):
     golden = BAG.parents[1] / 'golden' / 'walker.json'
     compared = subprocess.run(
-        [BIN / 'depth_person', 'compare', golden, page.parent / 'results'], timeout=60,
+        [BIN / 'depth_person', 'compare', golden, page.parent / 'results'], timeout=120,
         stdout=subprocess.PIPE, text=True, check=False)
     assert compared.returncode == 0, compared.stdout
 
