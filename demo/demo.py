@@ -11,7 +11,7 @@ from importlib import import_module
 from pathlib import Path
 import sys
 
-from processes import DemoError, interrupt_on_sigterm
+from processes import DemoError, hear_one_interrupt
 
 from depth_person.interrupts import deferred_interrupts
 
@@ -22,7 +22,7 @@ def main():
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument('--out', type=Path, default=Path('out/demo'))
     out = parser.parse_args().out
-    interrupt_on_sigterm()
+    hear_one_interrupt()
     try:
         print('loading ROS', flush=True)
         with deferred_interrupts():

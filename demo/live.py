@@ -10,12 +10,12 @@ import os
 import sys
 import time
 
-from processes import BIN, DemoError, HERE, interrupt_on_sigterm, Processes
+from processes import BIN, DemoError, hear_one_interrupt, HERE, Processes
 
 
 def main():
     """Run until Ctrl-C; return the exit code."""
-    interrupt_on_sigterm()
+    hear_one_interrupt()
     os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
     try:
         with Processes() as processes:

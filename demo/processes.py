@@ -8,6 +8,7 @@ import time
 
 HERE = Path(__file__).parent
 BIN = Path(sys.executable).parent
+SIGNALS = (signal.SIGINT, signal.SIGTERM)
 #: How much of a log is shown when its process went wrong.
 LOG_LINES = 20
 
@@ -30,10 +31,11 @@ class Processes:
     def start(self, name, *command, quiet=True):
         """Start a process; quiet ones write to a log of their name."""
         log = (self._logs / f'{name}.log').open('wb') if quiet and self._logs else None
-        # A session of its own, so that Ctrl-C comes here alone and they end in order.
-        self._processes[name] = subprocess.Popen(
-            [str(word) for word in command], stdout=log,
-            stderr=subprocess.STDOUT if log else None, start_new_session=True)
+        with held_interrupts():  # or nobody would end what has just been started
+            # A session of its own, so that Ctrl-C comes here alone and they end in order.
+            self._processes[name] = subprocess.Popen(
+                [str(word) for word in command], stdout=log,
+                stderr=subprocess.STDOUT if log else None, start_new_session=True)
         if log:
             log.close()
 
@@ -79,9 +81,8 @@ class Processes:
 
 @contextmanager
 def deaf_to_interrupts():
-    """Ignore Ctrl-C and SIGTERM, so that a second one leaves no process behind."""
-    handlers = {number: signal.signal(number, signal.SIG_IGN)
-                for number in (signal.SIGINT, signal.SIGTERM)}
+    """Ignore Ctrl-C and SIGTERM, so that none leaves a process behind."""
+    handlers = {number: signal.signal(number, signal.SIG_IGN) for number in SIGNALS}
     try:
         yield
     finally:
@@ -89,12 +90,30 @@ def deaf_to_interrupts():
             signal.signal(number, handler)
 
 
-def interrupt_on_sigterm():
-    """Let SIGTERM end this process as Ctrl-C does."""
+@contextmanager
+def held_interrupts():
+    """Hold Ctrl-C and SIGTERM, of which the first is heard, back until the block ends."""
+    came = []
+    handlers = {number: signal.signal(number, lambda number, _: came.append(number))
+                for number in SIGNALS}
+    try:
+        yield
+    finally:
+        for number, handler in handlers.items():
+            signal.signal(number, handler)
+    if came:
+        handlers[came[0]](came[0], None)
+
+
+def hear_one_interrupt():
+    """Let the first Ctrl-C or SIGTERM end this process in order, and no other disturb that."""
     def interrupt(*_):
+        for number in SIGNALS:
+            signal.signal(number, signal.SIG_IGN)
         raise KeyboardInterrupt
 
-    signal.signal(signal.SIGTERM, interrupt)
+    for number in SIGNALS:
+        signal.signal(number, interrupt)
 
 
 def wait_until(done, *, what, timeout_s, processes, may_end=()):

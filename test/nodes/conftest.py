@@ -57,6 +57,13 @@ class Program:
     def exit_code(self, timeout_s=30.0):
         return self._process.wait(timeout_s)
 
+    def end(self, timeout_s=3.0):
+        """Wait for the end of a program that is interrupted; kill it if it does not come."""
+        try:
+            self.exit_code(timeout_s)
+        except subprocess.TimeoutExpired:
+            self.kill()
+
     def kill(self):
         self._process.kill()
         self._process.wait()
@@ -147,8 +154,11 @@ class Domain:
         return answer.result().results[0]
 
     def close(self):
+        # Killed programs would leave their shared memory behind, of which containers have little.
         for program in self._programs:
-            program.kill()
+            program.interrupt()
+        for program in self._programs:
+            program.end()
         self._executor.shutdown()
         self.node.destroy_node()
         self._context.try_shutdown()
