@@ -137,10 +137,12 @@ with BagWriter(sys.argv[1]) as writer:
 def test_a_writer_that_is_stopped_leaves_a_readable_bag(tmp_path, stop):
     child = subprocess.Popen([sys.executable, '-c', WRITE_UNTIL_STOPPED, str(tmp_path / 'bag')],
                              stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
-    assert child.stdout.readline() == b'going\n'
-
-    child.send_signal(stop)
-    child.communicate(timeout=120)
+    try:
+        assert child.stdout.readline() == b'going\n'
+        child.send_signal(stop)
+        child.communicate(timeout=60)
+    finally:
+        child.kill()  # or it would fill the disk
 
     with BagReader(tmp_path / 'bag') as reader:
         numbers = [int(message.data.split()[0]) for _, _, message in reader.messages()]

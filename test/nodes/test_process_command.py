@@ -119,11 +119,14 @@ def test_a_stopped_run_is_readable_and_goes_on_to_the_same_bytes(
     command = [str(Path(sys.executable).parent / 'depth_person'), 'process', str(walk),
                '-o', str(out), '--quiet']
     child = subprocess.Popen(command, stderr=subprocess.PIPE)
-    while not (out / 'out.mcap').exists() or (out / 'out.mcap').stat().st_size < 10_000:
-        assert child.poll() is None
-        time.sleep(0.01)
-    child.send_signal(stop)
-    _, said = child.communicate(timeout=60)
+    try:
+        while not (out / 'out.mcap').exists() or (out / 'out.mcap').stat().st_size < 10_000:
+            assert child.poll() is None
+            time.sleep(0.01)
+        child.send_signal(stop)
+        _, said = child.communicate(timeout=60)
+    finally:
+        child.kill()
 
     assert child.returncode == (130 if stop == signal.SIGINT else -signal.SIGKILL)
     assert b'Traceback' not in said
