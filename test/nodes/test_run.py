@@ -22,11 +22,14 @@ PARAMETERS = """
   ros__parameters:
     source: /nowhere
     horizontal_fov: 60
+    qos_overrides./image_raw.publisher.depth: 10
 pose_node:
   ros__parameters:
     qos_overrides./image_raw.subscription.reliability: reliable
 /**/depth_node:
   ros__parameters:
+    qos_overrides./camera_info.subscription.reliability: reliable
+    qos_overrides./person_keypoints.subscription: {reliability: reliable, depth: 10}
     estimator: shoulder
     convention: movenet
     max_age: 0.0  # a busy machine is late
