@@ -6,9 +6,10 @@ import subprocess
 import sys
 import time
 
+from depth_person.interrupts import deferred_interrupts, SIGNALS
+
 HERE = Path(__file__).parent
 BIN = Path(sys.executable).parent
-SIGNALS = (signal.SIGINT, signal.SIGTERM)
 #: How much of a log is shown when its process went wrong.
 LOG_LINES = 20
 
@@ -31,7 +32,7 @@ class Processes:
     def start(self, name, *command, quiet=True):
         """Start a process; quiet ones write to a log of their name."""
         log = (self._logs / f'{name}.log').open('wb') if quiet and self._logs else None
-        with held_interrupts():  # or nobody would end what has just been started
+        with deferred_interrupts():  # or nobody would end what has just been started
             # A session of its own, so that Ctrl-C comes here alone and they end in order.
             self._processes[name] = subprocess.Popen(
                 [str(word) for word in command], stdout=log,
@@ -88,21 +89,6 @@ def deaf_to_interrupts():
     finally:
         for number, handler in handlers.items():
             signal.signal(number, handler)
-
-
-@contextmanager
-def held_interrupts():
-    """Hold Ctrl-C and SIGTERM, of which the first is heard, back until the block ends."""
-    came = []
-    handlers = {number: signal.signal(number, lambda number, _: came.append(number))
-                for number in SIGNALS}
-    try:
-        yield
-    finally:
-        for number, handler in handlers.items():
-            signal.signal(number, handler)
-    if came:
-        handlers[came[0]](came[0], None)
 
 
 def hear_one_interrupt():

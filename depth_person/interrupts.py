@@ -7,25 +7,27 @@ import signal
 import threading
 from types import FrameType
 
+SIGNALS = (signal.SIGINT, signal.SIGTERM)
+
 
 @contextmanager
 def deferred_interrupts() -> Iterator[None]:
     """
-    Hold Ctrl-C back until the block ends.
+    Hold Ctrl-C and SIGTERM back until the block ends; the first that came is heard then.
 
     For imports: an extension module that is interrupted while it loads raises an ImportError of
-    its own instead of KeyboardInterrupt.
-
-    :raises KeyboardInterrupt: at the end of the block, if Ctrl-C came.
+    its own instead of KeyboardInterrupt. And for what must not be left half done.
     """
     came: list[int] = []
-    previous = signal.signal(signal.SIGINT, lambda number, _: came.append(number))
+    previous = {number: signal.signal(number, lambda number, _: came.append(number))
+                for number in SIGNALS}
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, previous)
+        for number, handler in previous.items():
+            signal.signal(number, handler)
     if came:
-        raise KeyboardInterrupt
+        signal.raise_signal(came[0])
 
 
 @contextmanager
@@ -41,8 +43,7 @@ def noted_interrupts() -> Iterator[threading.Event]:
         came.set()
         signal.signal(number, signal.SIG_DFL)
 
-    previous = {number: signal.signal(number, on_signal)
-                for number in (signal.SIGINT, signal.SIGTERM)}
+    previous = {number: signal.signal(number, on_signal) for number in SIGNALS}
     try:
         yield came
     finally:

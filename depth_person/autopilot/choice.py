@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from depth_person.autopilot.vehicle import CameraOnBody
 from depth_person.camera.intrinsics import Intrinsics
 from depth_person.distance.tracked import TrackedPeople
+from depth_person.distance.vectors import cross, length
 from depth_person.errors import DepthPersonError
 
 _Array = NDArray[np.float64]
@@ -85,7 +86,7 @@ def _off_center(position: _Array, intrinsics: Intrinsics) -> _Array:
     x, y = intrinsics.undistort(middle)
     ray = np.array([x, y, 1.0])
     with np.errstate(invalid='ignore'):
-        off = np.linalg.norm(np.cross(position, ray), axis=1)
+        off = length(cross(position, ray))
     return np.arctan2(off, position @ ray)
 
 

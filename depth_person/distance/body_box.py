@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depth_person.distance.conventions import LOWEST_SCORE, Placement
-from depth_person.distance.vectors import unit, unit_or_zero
+from depth_person.distance.vectors import cross, unit, unit_or_zero
 from depth_person.pose.skeleton import Keypoint, N_KEYPOINTS
 
 _Array = NDArray[np.float64]
@@ -44,8 +44,6 @@ _GROUPS = np.stack([
     np.isin(np.arange(N_KEYPOINTS), rows).astype(np.float64)
     for rows in (_FACE, _ANKLES, _SHOULDERS, _HIPS, _KNEES, _EARS, [Keypoint.NOSE])], axis=-1)
 _ENDS = _GROUPS[:, :2].T
-# The axes after and before each axis.
-_NEXT, _LAST = [1, 2, 0], [2, 0, 1]
 # Pairs whose distance apart is a feature.
 _FIRST, _SECOND = np.transpose([_SHOULDERS, _HIPS, _EARS])
 
@@ -120,7 +118,7 @@ def angle_boxes(
         middle = unit(top + bottom)
         step = bottom - top
         down = unit(step - (step * middle).sum(axis=-1, keepdims=True) * middle)
-        turned = rays @ np.stack([_cross(down, middle), down, middle], axis=-1)
+        turned = rays @ np.stack([cross(down, middle), down, middle], axis=-1)
         ahead = np.where(known & (turned[..., 2] > 0), turned[..., 2], np.nan)
         shape, height, face = _shape(turned[..., 0] / ahead, turned[..., 1] / ahead, placement)
         elevation = np.arcsin(np.clip((middle * gravity).sum(axis=-1), -1, 1))
@@ -165,8 +163,3 @@ def _mean(values: _Array, known: NDArray[np.bool_], rows: Sequence[int]) -> _Arr
     there = known[:, rows]
     with np.errstate(invalid='ignore', divide='ignore'):
         return np.where(there, values[:, rows], 0.0).sum(axis=1) / there.sum(axis=1)
-
-
-def _cross(a: _Array, b: _Array) -> _Array:
-    """Return the cross products (n, 3); np.cross takes several times as long for a few."""
-    return a[:, _NEXT] * b[:, _LAST] - a[:, _LAST] * b[:, _NEXT]

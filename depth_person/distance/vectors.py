@@ -7,6 +7,8 @@ from numpy.typing import NDArray
 _Array = NDArray[np.float64]
 
 _TINY = 1e-9
+# The axes after and before each axis.
+_NEXT, _LAST = [1, 2, 0], [2, 0, 1]
 
 
 def length(vectors: _Array) -> _Array:
@@ -25,9 +27,8 @@ def unit_or_zero(vectors: _Array) -> _Array:
 
 
 def cross(one: _Array, other: _Array) -> _Array:
-    """Return the vector product (3,) of two vectors, in a tenth of the time of np.cross."""
-    (a, b, c), (x, y, z) = one.tolist(), other.tolist()
-    return np.array([b * z - c * y, c * x - a * z, a * y - b * x])
+    """Return vector products (..., 3); np.cross takes several times as long for a few."""
+    return one[..., _NEXT] * other[..., _LAST] - one[..., _LAST] * other[..., _NEXT]
 
 
 def rays_through(plane: _Array) -> _Array:
