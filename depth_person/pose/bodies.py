@@ -61,6 +61,15 @@ def body_sizes(points: Array) -> Array:
     return np.maximum(longer, told.max(1)).astype(np.float32)
 
 
+def mean_apart(points: Array, others: Array) -> NDArray[np.floating]:
+    """Return (n, m) the mean distance of the keypoints that two have; infinite for none."""
+    distance = points[:, None] - others[None]
+    distance = np.hypot(distance[..., 0], distance[..., 1])
+    common = np.isfinite(distance)
+    mean = np.where(common, distance, 0).sum(2) / np.maximum(common.sum(2), 1)
+    return np.where(common.any(2), mean, np.inf)
+
+
 def likeness(
     first: Array, second: Array, first_sizes: Array, second_sizes: Array, *,
     spread: float = _MARK_SPREAD,

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from depth_person.pose.bodies import Array, Bools, likeness, same_people
+from depth_person.pose.bodies import Array, Bools, likeness, mean_apart, same_people
 from depth_person.pose.detector import sureness
 from depth_person.pose.movenet import MIN_KEYPOINTS
 from depth_person.pose.tracking import Track
@@ -23,6 +23,9 @@ _LEAST_SURE_OF_NEW = 0.13
 _SURE_DETECTION = 0.5
 #: A crop less like the detection of its person than this has slipped onto somebody else.
 _SLIPPED = 0.15
+#: So does one that jumps by more than this, over the body's size, and lies nearer by this factor
+#: to where somebody else is expected, who is marked as well.
+_JUMP, _NEARER_OTHER = 0.12, 0.5
 #: Two people's marks of one keypoint nearer than this, over the body's size, are one mark.
 _SAME_MARK = 0.02
 #: Whoever loses more than this share of the marks to others is no person of its own.
@@ -66,8 +69,10 @@ def chosen(seen: Seen, marked: Array, stamp_ns: int) -> Array:
     points = marked[..., :2]
     enough = np.isfinite(marked[..., 2]).sum(1) >= MIN_KEYPOINTS
     detected = seen.detected
-    good = enough & (_off(seen, points) < _MOST_OFF + seen.strayed(stamp_ns)) & (
+    off = _off(seen, points)
+    good = enough & (off < _MOST_OFF + seen.strayed(stamp_ns)) & (
         sureness(marked) >= _LEAST_SURE)
+    good &= ~_slipped(seen, points, off, good)
     has_detection = np.isfinite(detected[..., 2]).any(1)
     if not has_detection.any():
         alone: Array = np.where(good[:, None, None], marked, np.float32(np.nan))
@@ -135,6 +140,19 @@ def part_marks(seen: Seen, keypoints: Array) -> Bools:
     doubles: Bools = lost > _MOST_LOST * had
     keypoints[doubles] = np.nan
     return doubles
+
+
+def _slipped(seen: Seen, points: Array, off: Array, good: Bools) -> Bools:
+    """
+    Return whose crops show somebody else (n,).
+
+    They jump from where their own person was expected to where another is, who is marked, too.
+    """
+    slipped = good & ~seen.new & (off > _JUMP)
+    if slipped.any():
+        nearer = mean_apart(points, seen.expected) < (_NEARER_OTHER * off * seen.sizes)[:, None]
+        slipped &= (nearer & (good & ~seen.new) & (off < off[:, None])).any(1)
+    return slipped
 
 
 def _off(seen: Seen, points: Array) -> Array:

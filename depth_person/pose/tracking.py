@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from depth_person.pose.bodies import body_sizes
+from depth_person.pose.bodies import body_sizes, mean_apart
 
 Array = NDArray[np.float32]
 
@@ -148,19 +148,10 @@ class Tracker:
         """Return (people, tracks) distances over what is allowed; infinite where impossible."""
         missed = np.array([track.missed_s(stamp_ns) for track in self.tracks])
         sizes, track_sizes = body_sizes(points), np.array([each.size for each in self.tracks])
-        apart = _apart(points, np.stack([each.predicted(stamp_ns) for each in self.tracks]))
-        stopped = _apart(points, np.stack([each.points for each in self.tracks]))
+        apart = mean_apart(points, np.stack([each.predicted(stamp_ns) for each in self.tracks]))
+        stopped = mean_apart(points, np.stack([each.points for each in self.tracks]))
         apart = np.where(missed > MAY_HAVE_STOPPED_S, np.minimum(apart, stopped), apart)
         larger = np.maximum(sizes[:, None], track_sizes)
         cost = apart / (np.maximum(larger, 1) * (_GATE + _GATE_A_SECOND * missed))
         factor = larger / np.maximum(np.minimum(sizes[:, None], track_sizes), 1)
         return np.where(factor <= _SIZE_FACTOR, cost, np.inf)
-
-
-def _apart(points: Array, others: Array) -> NDArray[np.floating]:
-    """Return (n, m) the mean distance of the keypoints that two have; infinite for none."""
-    apart = points[:, None] - others[None]
-    apart = np.hypot(apart[..., 0], apart[..., 1])
-    common = np.isfinite(apart)
-    mean = np.where(common, apart, 0).sum(2) / np.maximum(common.sum(2), 1)
-    return np.where(common.any(2), mean, np.inf)
