@@ -158,3 +158,21 @@ def test_who_was_not_seen_for_a_while_may_have_gone_further(missed_s, believed):
     expected, marked = people((300, 300)), people((375, 300))
     result = chosen(seen(expected), marked, round(missed_s * 1e9))
     assert np.isfinite(result).any() == believed
+
+
+@pytest.mark.parametrize(('where', 'stands'), [
+    (0.0, True),  # where it was expected
+    (8.0, True),  # moved a little
+    (42.0, False),  # onto the other, who is marked as well
+    (-42.0, True)])  # as far, where nobody is
+def test_a_crop_that_jumps_onto_somebody_else_is_not_believed(where, stands):
+    expected = seen(people((200, 100), (250, 100)))
+    result = chosen(expected, people((200 + where, 100), (250, 100)), 0)
+    assert np.isfinite(result[..., 2]).any(1).tolist() == [stands, True]
+
+
+def test_a_crop_that_jumps_to_where_somebody_hidden_was_expected_stands():
+    marked = people((242, 100), (250, 100))
+    marked[1] = np.nan
+    result = chosen(seen(people((200, 100), (250, 100))), marked, 0)
+    assert np.isfinite(result[..., 2]).any(1).tolist() == [True, False]
