@@ -169,3 +169,15 @@ def test_a_folder_without_frames_makes_no_bag(tmp_path):
     assert made.returncode == 1
     assert made.stderr.startswith(f'make_bag: {tmp_path} holds no gt/*.json; give the folder')
     assert not (tmp_path / 'bag').exists()
+
+
+@pytest.mark.parametrize('lost', [(), (51,), (47, 50, 53)])
+def test_people_who_cross_keep_their_ids_even_if_frames_are_lost(frames, lost):
+    pose, orders = PoseEstimator(PoseOptions()), []
+    for index in range(30, 75):
+        if index not in lost:
+            people = pose.estimate(frames[index])
+            from_left = np.argsort(np.nanmean(people.keypoints[..., 0], axis=1))
+            orders.append(people.track_ids[from_left].tolist())
+    left, middle, right = orders[0]
+    assert orders[-1] == [middle, left, right]
