@@ -4,6 +4,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from depth_person.distance.conventions import Placement
 from depth_person.distance.estimator import Mounting
 from depth_person.pose.skeleton import Keypoint
 
@@ -16,6 +17,9 @@ LEGS = (
     ((Keypoint.R_KNEE, Keypoint.L_KNEE), 0.49, 0.06),
     ((Keypoint.R_HIP, Keypoint.L_HIP), 0.87, 0.09),
 )
+#: Lengths of the shank and the torso of the same people, metres: what a Placement counts in.
+SHANK = 0.39
+TORSO = 0.50
 #: How far beside the feet's middle the neck stands, metres: leaning, and a stride of which only
 #: one leg is seen.
 LEAN = 0.08
@@ -26,7 +30,8 @@ _LOWEST = 0.15
 
 
 def ground_range(
-    rays: _Array, noise_rad: _Array, neck: _Array, mounting: Mounting,
+    rays: _Array, noise_rad: _Array, neck: _Array, mounting: Mounting, *,
+    placement: Placement,
 ) -> tuple[_Array, _Array]:
     """
     Return the logarithm of the range to the necks, and its spread; NaN where legs do not tell.
@@ -39,6 +44,7 @@ def ground_range(
     :param noise_rad: (n, 18) spreads of the keypoints, radians.
     :param neck: (n, 3) unit view rays of the necks.
     :param mounting: with gravity and height.
+    :param placement: where on the legs the network marks them.
     :returns: (n,) and (n,).
     """
     log_range = np.full(len(rays), np.nan)
@@ -46,9 +52,10 @@ def ground_range(
     if mounting.gravity is None or mounting.height is None:
         return log_range, sigma
     down = np.asarray(mounting.gravity, np.float64)
-    for rows, level, level_sigma in LEGS:
+    raised = (-placement.ankle_drop * SHANK, 0.0, -placement.hip_drop * TORSO)
+    for (rows, level, level_sigma), rise in zip(LEGS, raised, strict=True):
         told = _from_leg(rays[:, rows], noise_rad[:, rows], neck, mounting, down,
-                         level, level_sigma)
+                         level + rise, level_sigma)
         first = np.isnan(log_range) & np.isfinite(told).all(axis=0)
         log_range[first], sigma[first] = told[0][first], told[1][first]
         if first.all():

@@ -89,7 +89,7 @@ class SkeletonEstimator:
         body_sigma = convention.sigma_scale * lifted.log_sigma
         log_range, sigma, cues = _fused(
             np.log(view.guess) + lifted.log_correction, body_sigma,
-            *ground_range(rays, noise, neck, mounting))
+            *ground_range(rays, noise, neck, mounting, placement=convention.placement))
         position = np.exp(log_range)[:, None] * neck
         return Distances.of(
             position=position, range_sigma=np.exp(log_range) * sigma,

@@ -2,22 +2,24 @@ from average_body import CAMERA, seen, standing_at
 import numpy as np
 import pytest
 
+from depth_person.distance.conventions import Placement
 from depth_person.distance.estimator import Cue, Mounting
-from depth_person.distance.ground import ground_range, LEGS
+from depth_person.distance.ground import ground_range, LEGS, SHANK, TORSO
 from depth_person.distance.skeleton import SkeletonEstimator
 
 DOWN = np.array([0.0, 1.0, 0.0])
 HEIGHT = 1.6
+MESH = Placement()
 
 
-def told(points, *, hidden=(), noise=1e-3, mounting=None):
+def told(points, *, hidden=(), noise=1e-3, mounting=None, placement=MESH):
     points = np.array(points)
     neck = points[1] / np.linalg.norm(points[1])
     rays = points / np.linalg.norm(points, axis=1, keepdims=True)
     rays[list(hidden)] = np.nan
     mounting = Mounting(gravity=DOWN, height=HEIGHT) if mounting is None else mounting
     log_range, sigma = ground_range(
-        rays[None], np.full((1, 18), noise), neck[None], mounting)
+        rays[None], np.full((1, 18), noise), neck[None], mounting, placement=placement)
     return np.exp(log_range[0]), sigma[0]
 
 
@@ -44,6 +46,18 @@ def test_the_lowest_visible_leg_keypoint_is_used_and_higher_ones_are_less_sure()
     assert ankles[1] < knees[1] < hips[1]
     for estimate, sigma in (ankles, knees, hips):
         assert abs(np.log(estimate / truth)) < 2 * sigma
+
+
+@pytest.mark.parametrize(('rows', 'hidden', 'placement', 'raised'), [
+    ([10, 13], (), Placement(ankle_drop=-0.07), 0.07 * SHANK),
+    ([8, 11], (9, 10, 12, 13), Placement(hip_drop=-0.06), 0.06 * TORSO)])
+def test_a_network_that_marks_legs_higher_up_is_allowed_for(rows, hidden, placement, raised):
+    mesh = on_ground(8.0)
+    marked = mesh.copy()
+    marked[rows, 1] -= raised
+    truth = told(mesh, hidden=hidden)[0]
+    assert told(marked, hidden=hidden)[0] > 1.01 * truth
+    assert told(marked, hidden=hidden, placement=placement)[0] == pytest.approx(truth, rel=1e-3)
 
 
 @pytest.mark.parametrize('worse', [
