@@ -69,18 +69,18 @@ class Evaluation:
     Runs an estimator over a data set.
 
     :param source: gives the keypoints.
-    :param use_mounting: tell the estimator the camera's true attitude and height.
+    :param mounting: what the estimator is told of the camera; None for each frame's own truth.
     :param follow: how people of sequences are followed; None for each frame by itself.
     :ivar faults: the frames that could not be used so far.
     """
 
     def __init__(
-        self, source: KeypointSource, estimator: DistanceEstimator, *, use_mounting: bool = False,
-        follow: FilterOptions | None = None,
+        self, source: KeypointSource, estimator: DistanceEstimator, *,
+        mounting: Mounting | None = Mounting(), follow: FilterOptions | None = None,
     ) -> None:
         self._source = source
         self._estimator = estimator
-        self._use_mounting = use_mounting
+        self._mounting = mounting
         self._follow = follow
         self._filter: PeopleFilter | None = None
         self._tracks: dict[int | str, int] = {}
@@ -101,7 +101,7 @@ class Evaluation:
 
     def _measure(self, frame: TrueFrame) -> list[Sample]:
         people = self._source.people(frame)
-        mounting = frame.mounting if self._use_mounting else Mounting()
+        mounting = frame.mounting if self._mounting is None else self._mounting
         tracked = TrackedPeople.unfiltered(
             people, self._estimator.estimate(people, frame.intrinsics, mounting))
         if self._filter is not None and frame.time_s is not None:

@@ -5,13 +5,15 @@ import argparse
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 import json
+import math
 from pathlib import Path
 import sys
 from typing import Any
 
 from tqdm import tqdm
 
-from depth_person.distance.estimator import Body
+from depth_person.distance.attitude import level_gravity
+from depth_person.distance.estimator import Body, Mounting
 from depth_person.distance.estimators import ESTIMATORS, make_estimator
 from depth_person.distance.following import FilterOptions
 from depth_person.distance.scale import body_spread
@@ -27,7 +29,8 @@ from depth_person.replay.keypoints import (
 )
 from depth_person.replay.metrics import summarise
 from depth_person.replay.reading import read_dataset
-from depth_person.verbs.numbers import at_least
+from depth_person.settings.inputs import InputSettings
+from depth_person.verbs.numbers import at_least, positive
 
 #: Column heading -> the figure under it and how it is printed.
 _COLUMNS = {
@@ -62,8 +65,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         '--measured-neck', action='store_true',
         help='let --keypoints truth mark the neck itself, where it is known')
     parser.add_argument(
-        '--mounting', choices=('none', 'truth'), default='none',
-        help="whether the estimator is told the camera's attitude and height")
+        '--mounting', choices=('none', 'truth', 'fixed'), default='none',
+        help="whether the estimator is told the camera's attitude and height: not at all, those "
+             'of each frame, or the fixed ones given by --camera-height and --camera-pitch')
+    parser.add_argument(
+        '--camera-height', type=positive, metavar='M',
+        help='above the ground that people stand on, for --mounting fixed')
+    parser.add_argument(
+        '--camera-pitch', type=float, default=0.0, metavar='DEG',
+        help='how far the camera looks down, for --mounting fixed (default 0)')
+    parser.add_argument(
+        '--attitude-sigma', type=positive, default=InputSettings().attitude_sigma, metavar='DEG',
+        help='how surely, for --mounting fixed (default %(default)g)')
     parser.add_argument(
         '--filter', action='store_true',
         help='follow people through sequences: errors are of the ranges over time, also of who is '
@@ -92,7 +105,7 @@ def main(args: argparse.Namespace) -> int:
     dataset = read_dataset(args.folder)
     evaluation = Evaluation(
         _source(args), make_estimator(args.estimator, body=body),
-        use_mounting=args.mounting == 'truth',
+        mounting=_mounting(args),
         follow=FilterOptions(body_spread=body_spread(args.estimator, body))
         if args.filter else None)
     clips = dataset.clips[:args.limit]
@@ -109,6 +122,18 @@ def main(args: argparse.Namespace) -> int:
     for line in _complaints(faults):
         print(f'depth_person evaluate: {line}', file=sys.stderr)
     return 1 if faults else 0
+
+
+def _mounting(args: argparse.Namespace) -> Mounting | None:
+    """Return what is told of the camera; None for what each frame says."""
+    if args.mounting == 'truth':
+        return None
+    if args.mounting == 'none':
+        return Mounting()
+    return Mounting(
+        level_gravity(pitch_down=math.radians(args.camera_pitch), roll_cw=0.0),
+        math.radians(args.attitude_sigma),
+        args.camera_height, InputSettings().camera_height_sigma)
 
 
 def _plotter() -> Callable[[list[Sample], Path], list[Path]]:

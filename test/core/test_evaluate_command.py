@@ -198,6 +198,20 @@ def test_the_mounting_is_told_only_if_asked(tmp_path, monkeypatch, option, heigh
     assert (mounting.gravity is None) == (height is None)
 
 
+def test_a_fixed_mounting_is_told_of_every_frame(tmp_path, monkeypatch):
+    witness = Witness()
+    monkeypatch.setattr(verb, 'make_estimator', lambda name, body: witness)
+    write_frame(tmp_path / 'data', 'a', [person((0, 0, 5))], camera={
+        'height_m': 1.4, 'pitch_down_deg': 30.0, 'roll_cw_deg': 0.0})
+    evaluate(tmp_path / 'data', tmp_path, '--keypoints', 'truth', '--mounting', 'fixed',
+             '--camera-height', '1.65', '--camera-pitch', '10', '--attitude-sigma', '0.5')
+    mounting, = witness.mountings
+    assert mounting.height == 1.65
+    assert mounting.gravity == pytest.approx(
+        [0, np.cos(np.radians(10)), np.sin(np.radians(10))])
+    assert mounting.gravity_sigma == pytest.approx(np.radians(0.5))
+
+
 def test_a_recording_is_measured_at_the_depth_of_its_boxes(tmp_path):
     position = np.array([2.0, 0.1, 12.0])
     pixels = CAMERA.project(standing_at(position))[COCO17]
