@@ -5,7 +5,6 @@ from collections.abc import Callable, Iterator
 from typing import Any, cast
 
 from rclpy.qos import QoSProfile
-from rclpy.serialization import serialize_message
 from rosbags.interfaces import (
     Qos,
     QosDurability,
@@ -26,7 +25,7 @@ from depth_person.nodes.marker_messages import encode_markers
 from depth_person.nodes.monitor import Monitor
 from depth_person.nodes.qos import publisher_profile
 from depth_person.pose.people import People
-from depth_person.replay.cdr_gaps import GapCleaner
+from depth_person.replay.cdr import Serializer
 from depth_person.replay.process import ResultTopic
 from depth_person.settings.depth import DepthSettings
 
@@ -45,7 +44,7 @@ class ResultCodec:
 
     def __init__(self, settings: DepthSettings, *, namespace: str = '/') -> None:
         self._namespace = namespace
-        self._cleaner = GapCleaner(jazzy_types())
+        self._serializer = Serializer(jazzy_types())
         self._published: list[tuple[str, Any]] = []
         self.topics: dict[str, ResultTopic] = {}
         for name, msgtype in ((_KEYPOINTS, 'sensor_msgs/msg/PointCloud2'),
@@ -72,11 +71,7 @@ class ResultCodec:
         self._autopilot.publish(
             tracked, image_header, frame.intrinsics, camera.mounting, camera.on_body)
         for topic, message in self._published:
-            yield topic, self._serialized(message, self.topics[topic].msgtype)
-
-    def _serialized(self, message: Any, msgtype: str) -> bytes:
-        """Return a message's bytes, the same for the same message."""
-        return self._cleaner.clean(serialize_message(message), msgtype)
+            yield topic, self._serializer.serialize(message, self.topics[topic].msgtype)
 
     def _add(self, name: str, msgtype: str) -> str:
         topic = self._namespace + name
