@@ -2,7 +2,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 import time
 from typing import Any
@@ -13,6 +13,9 @@ import onnxruntime
 
 from depth_person.errors import DepthPersonError
 from depth_person.pose.runtime import open_session
+
+#: What the elements of an image may be: ONNX Runtime's names of types.
+IMAGE_TYPES = {'float': np.float32, 'float16': np.float16, 'uint8': np.uint8}
 
 
 @dataclass(frozen=True)
@@ -43,10 +46,11 @@ class Graph:
     """
 
     def __init__(self, path: Path, *, threads: int = 0, provider: str = 'cpu') -> None:
-        self.path = path
+        self.path, self._provider = path, provider
         self._session = open_session(
             path, threads=threads, provider=provider,
-            remedy='the file may be damaged, or no ONNX network')
+            remedy='the file may be damaged, no ONNX network (a Git LFS pointer?), or made for a '
+            'newer ONNX Runtime')
         self.inputs = tuple(map(_value, self._session.get_inputs()))
         self.outputs = tuple(map(_value, self._session.get_outputs()))
         self.inference_s = 0.0
@@ -54,6 +58,48 @@ class Graph:
     def __str__(self) -> str:
         inputs, outputs = ('; '.join(map(str, each)) for each in (self.inputs, self.outputs))
         return f'takes {inputs} and gives {outputs}'
+
+    def rehearse(self, *, side: int) -> None:
+        """
+        Run once on a black image, and learn what shapes the outputs really have.
+
+        Exports leave sides open, or tell others than they give. And a network that does not run
+        is refused before the first frame comes.
+
+        :param side: of the image where the network takes any.
+        :raises DepthPersonError: when it does not run, or takes no single image.
+        """
+        image = self.inputs[0]
+        if image.shape[:1] not in ((None,), (1,)) and 3 in image.shape[1:]:
+            raise DepthPersonError(
+                f'{self.path} {self}: it takes {image.shape[0]} images at once; export it for '
+                'one, or for any number')
+        seen = self._rehearsed(1, side)
+        self.outputs = tuple(
+            replace(value, shape=(*value.shape[:1], *shape[1:]))
+            for value, shape in zip(self.outputs, seen, strict=True)) if seen else self.outputs
+
+    def rehearse_batch(self) -> None:
+        """Learn whether several images may be given at once: some exports only say so."""
+        image = self.inputs[0]
+        if image.shape[:1] != (None,):
+            return
+        try:
+            batched = all(shape[:1] == (2,) for shape in self._rehearsed(2, 1))
+        except DepthPersonError:
+            batched = False
+        if not batched:
+            self.inputs = (replace(image, shape=(1, *image.shape[1:])), *self.inputs[1:])
+
+    def _rehearsed(self, batch: int, side: int) -> list[tuple[int, ...]]:
+        """Return the shapes of the outputs for black images; none for what takes no images."""
+        image = self.inputs[0]
+        if (len(self.inputs) != 1 or len(image.shape) != 4 or image.type_name not in IMAGE_TYPES
+                or 3 not in (image.shape[1], image.shape[3])):
+            return []
+        shape = batch, *(side if each is None else each for each in image.shape[1:])
+        results = self._run(np.zeros(shape, IMAGE_TYPES[image.type_name]), None)
+        return [np.shape(result) for result in results]
 
     def restart(self) -> None:
         """Count inference_s from zero again."""
@@ -66,12 +112,7 @@ class Graph:
         :raises DepthPersonError: when the network cannot be run on it, or gives NaN or infinity.
         """
         start = time.perf_counter()
-        try:
-            results = self._session.run(list(outputs), {self.inputs[0].name: tensor})
-        except Exception as error:  # its exceptions have no common base class but this
-            raise DepthPersonError(
-                f'{self.path} does not run on a tensor {tensor.shape} of {tensor.dtype}: '
-                f'{error}') from error
+        results = self._run(tensor, list(outputs))
         self.inference_s += time.perf_counter() - start
         floats = [np.asarray(result, np.float32) for result in results]
         for name, values in zip(outputs, floats, strict=True):
@@ -80,6 +121,16 @@ class Graph:
                     f'the output {name} of {self.path} holds NaN or infinity; the network is '
                     'damaged, or fails at its precision')
         return floats
+
+    def _run(self, tensor: NDArray[Any], outputs: list[str] | None) -> list[Any]:
+        try:
+            results: list[Any] = self._session.run(outputs, {self.inputs[0].name: tensor})
+        except Exception as error:  # its exceptions have no common base class but this
+            hint = '' if self._provider == 'cpu' else '; it may run with provider: cpu'
+            raise DepthPersonError(
+                f'{self.path} does not run on a tensor {tensor.shape} of {tensor.dtype}: '
+                f'{error}{hint}') from error
+        return results
 
 
 def _value(argument: onnxruntime.NodeArg) -> Value:

@@ -7,6 +7,7 @@ from pathlib import Path
 from depth_person.errors import DepthPersonError
 from depth_person.pose.blazepose import BlazePose, is_blazepose
 from depth_person.pose.graph import Graph
+from depth_person.pose.image_tensor import AUTO
 from depth_person.pose.movenet import HEADS, INPUT, MoveNet
 from depth_person.pose.network import PoseNetwork
 from depth_person.pose.openpose import find_heads, OpenPose
@@ -31,17 +32,21 @@ def open_network(options: PoseOptions) -> PoseNetwork:
     graph = Graph(path, threads=options.threads, provider=options.provider)
     if {INPUT, *HEADS} <= {value.name for value in (*graph.inputs, *graph.outputs)}:
         return _movenet(path, options)
+    graph.rehearse(side=options.input_size)
     if heads := find_heads(graph):
         return OpenPose(graph, heads, options)
     if is_rtmo(graph):
         return Rtmo(graph, options)
     if is_simcc(graph):
+        graph.rehearse_batch()
         return _top_down(SimCC(graph, options), options)
     if is_blazepose(graph):
+        graph.rehearse_batch()
         return _top_down(BlazePose(graph, options), options)
     raise DepthPersonError(
-        f'{path} {graph}: that is none of the networks known here (MoveNet, RTMO, RTMPose, '
-        'OpenPose, BlazePose); msg_docs/networks.md says what each gives')
+        f'{path} {graph}: that is none of the networks known here (MoveNet as `depth_person '
+        'models install` writes it, RTMO, RTMPose, OpenPose, BlazePose); msg_docs/networks.md '
+        'says what each gives')
 
 
 def _top_down(marker: CropNetwork, options: PoseOptions) -> TopDown:
@@ -50,7 +55,10 @@ def _top_down(marker: CropNetwork, options: PoseOptions) -> TopDown:
         raise DepthPersonError(
             f'the detector {options.detector} marks people on crops, and finds none; choose '
             f'{DEFAULT_MODEL}')
-    return TopDown(open_network(replace(options, model=options.detector)), marker, options)
+    # What the user says of pixels is said of the model.
+    finder = replace(
+        options, model=options.detector, pixel_order=AUTO, pixel_values=AUTO)
+    return TopDown(open_network(finder), marker, options)
 
 
 def _movenet(path: Path, options: PoseOptions) -> MoveNet:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from depth_person.errors import DepthPersonError
 from depth_person.pose.graph import Graph, Value
 from depth_person.pose.heatmaps import find_peaks
 from depth_person.pose.image_tensor import check_image, ImageTensor, Pixels
@@ -16,6 +17,9 @@ from depth_person.pose.skeleton import N_KEYPOINTS
 from depth_person.pose.warps import to_raw
 
 Array = NDArray[np.float32]
+
+#: The mean of the map that marks the background is greater, that of any other map less.
+_BACKGROUND = 0.5
 
 
 @dataclass(frozen=True)
@@ -63,7 +67,7 @@ class Heads:
     """
     Where a network gives heat maps and fields.
 
-    :ivar names: of one output that holds both, heat maps first, or of heat maps and fields.
+    :ivar names: of one output that holds both, or of heat maps and fields.
     :ivar channels_first: whether outputs are (1, channels, h, w).
     """
 
@@ -74,7 +78,9 @@ class Heads:
 
 def find_heads(graph: Graph) -> Heads | None:
     """Return the heads of a network of this kind; the last ones, where it has several stages."""
-    for channels_first in (True, False):
+    # Where both readings fit (57 rows of cells), outputs are laid out as the input.
+    nhwc = graph.inputs[0].shape[-1:] == (3,)
+    for channels_first in (not nhwc, nhwc):
         for layout in (COCO18, BODY25):
             def last(channels: int, *, first: bool = channels_first) -> tuple[str, ...]:
                 fitting = [value.name for value in graph.outputs
@@ -140,7 +146,15 @@ class OpenPose:
         """Return heat maps (h, w, n) and fields (h, w, m) from the outputs."""
         heads = [np.moveaxis(output[0], 0, -1) if self._heads.channels_first else output[0]
                  for output in outputs]
-        if len(heads) == 2:
-            return heads[0], heads[1]
         n_heat = self._heads.layout.n_heat
-        return heads[0][..., :n_heat], heads[0][..., n_heat:]
+        if len(heads) == 1:
+            both, = heads
+            # The background's map ends the heat maps, and is 1 nearly everywhere.
+            if both[..., -1].mean() > _BACKGROUND > both[..., n_heat - 1].mean():
+                return both[..., -n_heat:], both[..., :-n_heat]
+            return both[..., :n_heat], both[..., n_heat:]
+        heat, field = heads
+        if heat.shape[:2] != field.shape[:2]:
+            raise DepthPersonError(
+                f'{self._graph.path} {self._graph}: heat maps and fields should be of one size')
+        return heat, field

@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 import logging
 from pathlib import Path
 import tempfile
@@ -46,6 +47,7 @@ def convert_precision(
     :param images: a folder, as int8 needs it: frames like those that the network will see.
     :raises DepthPersonError: when the network cannot be converted, or there are no images.
     """
+    Graph(source)  # raises when it is none
     if target.suffix != '.onnx':
         raise DepthPersonError(f'{target} should end in .onnx')
     if precision == 'int8' and images is None:
@@ -53,15 +55,45 @@ def convert_precision(
     try:
         with tempfile.TemporaryDirectory(dir=target.parent) as folder:
             made = Path(folder) / 'made.onnx'
-            if images is not None and precision == 'int8':
-                _quantize(source, made, Calibration(source, images, pixels))
-            else:
-                onnx.save(convert_float_to_float16(
-                    onnx.load(source), keep_io_types=True), made)
-            Graph(made)  # raises when it is none
+            with _faults_told(source, precision):
+                if images is not None and precision == 'int8':
+                    _quantize(source, made, Calibration(source, images, pixels))
+                else:
+                    _halve(source, made)
+                _rehearse(made)
             made.replace(target)
     except OSError as error:
         raise DepthPersonError(f'cannot write {target}: {error}') from error
+
+
+@contextmanager
+def _faults_told(source: Path, precision: str) -> Iterator[None]:
+    """Turn what the converters raise into one message; it has no common base class."""
+    try:
+        yield
+    except (OSError, DepthPersonError):
+        raise
+    except Exception as error:
+        raise DepthPersonError(
+            f'{source} cannot be converted to {precision}; it may be of a lower precision '
+            f'already, or of an old opset ({error})') from error
+
+
+def _rehearse(made: Path) -> None:
+    try:
+        Graph(made).rehearse(side=_LONG_SIDE)
+    except DepthPersonError as error:
+        raise RuntimeError(str(error)) from error
+
+
+def _halve(source: Path, target: Path) -> None:
+    model = onnx.load(source)
+    empty = {value.name for value in model.graph.initializer if 0 in value.dims}
+    for node in model.graph.node:
+        if node.op_type == 'Resize':
+            # An empty tensor stands for what is not given; once it is cast, nobody sees that.
+            node.input[:] = ['' if name in empty else name for name in node.input]
+    onnx.save(convert_float_to_float16(model, keep_io_types=True), target)
 
 
 def _quantize(source: Path, target: Path, calibration: Calibration) -> None:
@@ -91,10 +123,11 @@ def _with_scales(model: onnx.ModelProto) -> onnx.ModelProto:
     fixed = {value.name: onnx.numpy_helper.to_array(value) for value in model.graph.initializer}
     for node in model.graph.node:
         axes = next((list(each.ints) for each in node.attribute if each.name == 'axes'), [])
-        if node.op_type != 'Resize' or not axes or not fixed.keys() & set(node.input[3:4]):
+        shape = np.array(shapes.get(node.input[0], [0] * 4))
+        if (node.op_type != 'Resize' or not axes or not fixed.keys() & set(node.input[3:4])
+                or not shape[axes].all()):  # a side of any length is 0 here
             continue
         scales = np.ones(4, np.float32)
-        shape = np.array(shapes[node.input[0]])
         scales[axes] = fixed[node.input[3]] / shape[axes]
         name = f'{node.output[0]}_scales'
         model.graph.initializer.append(onnx.numpy_helper.from_array(scales, name))

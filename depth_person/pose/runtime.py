@@ -5,6 +5,7 @@ from functools import lru_cache
 from pathlib import Path
 import warnings
 
+import numpy as np
 import onnxruntime
 
 from depth_person.errors import DepthPersonError
@@ -17,6 +18,9 @@ PROVIDERS = {
     'openvino': 'OpenVINOExecutionProvider',
 }
 
+#: ONNX Runtime starts as many as it is told to, and hangs over a hundred thousand.
+MOST_THREADS = 256
+
 #: The smallest ONNX file: y = x for one float. It shows whether a provider's libraries load.
 _SMALLEST = (
     b'\x08\x08\x12\x00:7\n\x10\n\x01x\x12\x01y"\x08Identity\x12\x01gZ\x0f\n\x01x\x12\n\n\x08'
@@ -28,7 +32,8 @@ def settle_provider(provider: str, *, fallback: bool) -> tuple[str, str]:
     """
     Return the provider to use, and what is worth a warning; no text where it is as wanted.
 
-    A provider is usable when this build of ONNX Runtime has it and its libraries load.
+    A provider is usable when this build of ONNX Runtime has it and the smallest network runs on
+    it.
 
     :param provider: one of PROVIDERS.
     :param fallback: whether the CPU may stand in.
@@ -49,25 +54,48 @@ def open_session(
     """
     Return a session of the network in an ONNX file.
 
-    :param threads: that one run may use; 0 for one a core.
+    :param threads: that one run may use, at most MOST_THREADS; 0 for one a core.
     :param provider: one of PROVIDERS; single operations that it cannot run fall to the CPU.
     :param remedy: what to do when the file is no network.
-    :raises DepthPersonError: when the provider is not there, or the file is no network.
+    :raises DepthPersonError: when the provider is not there or cannot run this network, or the
+        file is no network.
     """
+    if not 0 <= threads <= MOST_THREADS:
+        raise DepthPersonError(f'threads {threads} is not from 0 to {MOST_THREADS}')
     if not _usable(provider):
         raise DepthPersonError(_missing(provider))
     options = onnxruntime.SessionOptions()
     options.intra_op_num_threads = threads
     options.inter_op_num_threads = 1
-    options.log_severity_level = 3  # errors: its warnings are not for users
+    options.log_severity_level = 4  # what goes wrong is raised, and told once by the caller
     # Threads that wait by spinning make the bare network up to a quarter faster on a quiet
     # machine, but not the whole pipeline, whose other stages need the time that they burn.
     options.add_session_config_entry('session.intra_op.allow_spinning', '0')
     try:
-        return onnxruntime.InferenceSession(str(path), options, _with_helpers(provider))
+        session = _session(str(path), options, provider)
     except Exception as error:  # its exceptions have no common base class but this
+        if provider != 'cpu':
+            # Raises when it is the file that is at fault.
+            open_session(path, threads=threads, remedy=remedy)
+            raise DepthPersonError(
+                f'the provider {provider!r} cannot run {path}: {error}; choose another provider, '
+                'such as cpu') from error
         raise DepthPersonError(
             f'ONNX Runtime cannot open {path}: {error}; {remedy}') from error
+    return session
+
+
+def _session(
+    network: str | bytes, options: onnxruntime.SessionOptions, provider: str,
+) -> onnxruntime.InferenceSession:
+    """Return a session that really has a provider; raise what ONNX Runtime raises."""
+    # Left to itself, it goes on without a provider that fails, and only prints that.
+    session = onnxruntime.InferenceSession(
+        network, options, _with_helpers(provider), enable_fallback=0)
+    session.disable_fallback()
+    if PROVIDERS[provider] not in session.get_providers():
+        raise RuntimeError(f'it left {PROVIDERS[provider]} out')
+    return session
 
 
 def _with_helpers(provider: str) -> list[str]:
@@ -86,16 +114,19 @@ def _usable(provider: str) -> bool:
     options.log_severity_level = 4  # a library that does not load is told by _missing
     with warnings.catch_warnings():
         warnings.simplefilter('ignore')
-        session = onnxruntime.InferenceSession(_SMALLEST, options, _with_helpers(provider))
-    return wanted in session.get_providers()
+        try:
+            _session(_SMALLEST, options, provider).run(None, {'x': np.zeros(1, np.float32)})
+        except Exception:  # see open_session
+            return False
+    return True
 
 
 def _missing(provider: str) -> str:
     """Return that a provider is not there, what is, and what to do."""
     available = onnxruntime.get_available_providers()
     if PROVIDERS.get(provider) in available:
-        return (f"the libraries of ONNX Runtime's provider {provider!r} do not load here. "
-                'Install what it needs (its driver and libraries, in the versions that this '
+        return (f"the libraries of ONNX Runtime's provider {provider!r} do not load or run "
+                'here. Install what it needs (its driver and libraries, in the versions that this '
                 'build of ONNX Runtime wants)')
     here = ', '.join(name for name, full in PROVIDERS.items() if full in available)
     return (f'ONNX Runtime has no provider {provider!r} here; it has {here}. '

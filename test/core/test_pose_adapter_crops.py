@@ -119,16 +119,27 @@ def test_a_neck_of_the_layout_is_taken(tmp_path, keypoints, measured):
     np.testing.assert_allclose(found[Keypoint.NECK, :2], expected, atol=0.3)
 
 
-def test_a_network_for_crops_marks_whom_the_detector_finds(tmp_path):
+@pytest.mark.parametrize('order', ['rgb', 'bgr'])
+def test_a_network_for_crops_marks_whom_the_detector_finds(tmp_path, order):
     options = PoseOptions(
-        model=str(simcc_of_spots(tmp_path / 'rtm.onnx')),
+        model=str(simcc_of_spots(tmp_path / 'rtm.onnx')), pixel_order=order,
         detector=str(rtmo_of_spots(tmp_path / 'rtmo.onnx')))
     network = open_network(options)
     found = network(spotted())
-    np.testing.assert_allclose(found[0, :, :2], coco17_of(SPOTS[::-1])[:, :2], atol=0.3)
+    spots = SPOTS if order == 'bgr' else SPOTS[::-1]
+    np.testing.assert_allclose(found[0, :, :2], coco17_of(spots)[:, :2], atol=0.3)
     nobody = open_network(PoseOptions(
         model=options.model, detector=str(rtmo_of(tmp_path / 'no.onnx', [[0] * 5]))))
     assert nobody(spotted()).shape == (0, 18, 3)
+
+
+def test_the_detector_takes_pixels_as_its_kind_does_whatever_is_said_of_the_model(tmp_path):
+    # Told to scale pixels to one, an RTMO would see no spot.
+    network = open_network(PoseOptions(
+        model=str(simcc_of_spots(tmp_path / 'rtm.onnx', threshold=0.5)), pixel_values='unit',
+        detector=str(rtmo_of_spots(tmp_path / 'rtmo.onnx'))))
+    np.testing.assert_allclose(
+        network(spotted())[0, :, :2], coco17_of(SPOTS[::-1])[:, :2], atol=0.3)
 
 
 def test_two_crops_of_one_person_give_one(tmp_path):

@@ -2,9 +2,18 @@
 from __future__ import annotations
 
 import numpy as np
+import onnx
 from onnx import TensorProto
 import onnxruntime
-from pose_graphs import blazepose_of_spots, constant, rtmo_of_spots, simcc_of_spots
+from pose_graphs import (
+    blazepose_of_spots,
+    constant,
+    rtmo_of_spots,
+    simcc_of_spots,
+    SPOTS,
+    spotted,
+    veiled,
+)
 import pytest
 
 from depth_person.errors import DepthPersonError
@@ -12,6 +21,7 @@ from depth_person.pose import runtime
 from depth_person.pose.graph import Graph
 from depth_person.pose.networks import open_network
 from depth_person.pose.options import PoseOptions, settled
+from depth_person.pose.skeleton import Keypoint
 
 HEAT = np.zeros((1, 19, 8, 8), np.float32)
 FIELD = np.zeros((1, 38, 8, 8), np.float32)
@@ -36,12 +46,13 @@ def test_a_network_of_no_known_kind_is_refused_with_what_was_found(tmp_path, out
     with pytest.raises(DepthPersonError, match=told) as caught:
         opened(path)
     assert 'takes image (1, 3, 256, 256) float' in str(caught.value)
-    assert 'none of the networks known here (MoveNet, RTMO, RTMPose, OpenPose, BlazePose)' in str(
+    assert 'none of the networks known here (MoveNet as `depth_person models ' in str(
         caught.value)
 
 
 @pytest.mark.parametrize('options', [
     {'shape': (1, 1, 64, 64)}, {'shape': (1, 64, 64)}, {'shape': (1, 3, 64, 3)},
+    {'shape': ()}, {'shape': ('b', 'c', 'h', 'w')},
     {'kind': TensorProto.INT64}, {'inputs': 2}])
 def test_a_network_that_takes_no_image_is_refused(tmp_path, options):
     path = constant(tmp_path / 'net.onnx', {'heat': HEAT, 'field': FIELD}, **options)
@@ -52,6 +63,56 @@ def test_a_network_that_takes_no_image_is_refused(tmp_path, options):
 def test_simcc_with_an_unknown_number_of_keypoints_is_refused(tmp_path):
     path = simcc_of_spots(tmp_path / 'hand.onnx', keypoints=21)
     with pytest.raises(DepthPersonError, match='should have 17, 26, 133 keypoints'):
+        opened(path)
+
+
+@pytest.mark.parametrize(('write', 'colour'), [
+    (rtmo_of_spots, 0), (simcc_of_spots, 2), (blazepose_of_spots, 2)])
+def test_outputs_that_tell_their_shapes_only_at_a_run_are_known(tmp_path, write, colour):
+    detector = str(rtmo_of_spots(tmp_path / 'rtmo.onnx'))
+    network = opened(veiled(write(tmp_path / 'net.onnx')), detector=detector)
+    # The nose is at the first channel of the image.
+    np.testing.assert_allclose(
+        network(spotted())[0, Keypoint.NOSE, :2], SPOTS[colour], atol=0.3)
+
+
+def test_heads_that_tell_their_channels_only_at_a_run_are_known(tmp_path):
+    path = constant(
+        tmp_path / 'net.onnx', {'heat': HEAT, 'field': FIELD}, shape=(1, 3, 64, 64))
+    assert opened(veiled(path)).neck_measured
+
+
+def test_a_batch_that_is_free_in_name_only_is_run_one_by_one(tmp_path):
+    path = blazepose_of_spots(tmp_path / 'blaze.onnx')
+    model = onnx.load(path)
+    model.graph.input[0].type.tensor_type.shape.dim[0].dim_param = 'batch'
+    onnx.save(model, path)
+    marks = np.full((1, 2, 17, 3), 0.9, np.float32)
+    marks[..., :2] = np.arange(34).reshape(17, 2)[::-1]
+    marks[0, :, :, :2] += np.array([[[30, 60]], [[430, 60]]])
+    boxes = np.float32([[[0, 0, 90, 90, 0.9], [400, 0, 490, 90, 0.8]]])
+    two = constant(
+        tmp_path / 'two.onnx', {'dets': boxes, 'keypoints': marks}, shape=(1, 3, 640, 640))
+    spots = np.array([[40.0, 70.0], [55.0, 85.0], [45.0, 80.0]])
+    others = spots + np.array([400.0, 0.0])
+    found = opened(path, detector=str(two))(
+        spotted(640, 640, spots) + spotted(640, 640, others))
+    np.testing.assert_allclose(found[:, Keypoint.NOSE, :2], [spots[2], others[2]], atol=0.5)
+
+
+def test_a_network_for_several_images_at_once_is_refused(tmp_path):
+    path = constant(tmp_path / 'n.onnx', {'heat': HEAT, 'field': FIELD}, shape=(4, 3, 64, 64))
+    with pytest.raises(DepthPersonError, match='takes 4 images at once; export it for one'):
+        opened(path)
+
+
+def test_a_network_that_does_not_run_is_refused_before_the_first_frame(tmp_path):
+    path = rtmo_of_spots(tmp_path / 'rtmo.onnx')
+    model = onnx.load(path)
+    for axis in (2, 3):  # it says that it takes any size, and does not
+        model.graph.input[0].type.tensor_type.shape.dim[axis].dim_param = 'side'
+    onnx.save(model, path)
+    with pytest.raises(DepthPersonError, match=r'does not run on a tensor \(1, 3, 512, 512\)'):
         opened(path)
 
 
@@ -138,6 +199,56 @@ def test_a_provider_whose_libraries_do_not_load_falls_back_too(provider):
     options, warning = settled(PoseOptions(provider=provider))
     assert options.provider == 'cpu'
     assert f"libraries of ONNX Runtime's provider '{provider}' do not load" in warning
+
+
+class _Session(onnxruntime.InferenceSession):
+    """A session of an ONNX Runtime whose provider 'openvino' runs the smallest network only."""
+
+    fault: str | None = None
+
+    def __init__(self, network, options, providers, **kwargs):
+        self._wanted = providers[0]
+        self._small = isinstance(network, bytes)
+        if self._wanted != 'CPUExecutionProvider' and not self._small and self.fault:
+            raise RuntimeError(self.fault)
+        super().__init__(network, options, ['CPUExecutionProvider'], **kwargs)
+
+    def get_providers(self):
+        return [self._wanted] if self._small else super().get_providers()
+
+
+@pytest.fixture
+def fails_on_large(monkeypatch):
+    """Let a provider be there that fails on all networks but the smallest."""
+    runtime._usable.cache_clear()
+    monkeypatch.setattr(onnxruntime, 'get_available_providers', lambda: [
+        'OpenVINOExecutionProvider', 'CPUExecutionProvider'])
+    monkeypatch.setattr(onnxruntime, 'InferenceSession', _Session)
+    yield
+    runtime._usable.cache_clear()
+
+
+@pytest.mark.usefixtures('fails_on_large')
+@pytest.mark.parametrize('fault', ['no kernel for Resize', None])
+def test_a_network_that_the_provider_cannot_run_is_refused(tmp_path, monkeypatch, fault):
+    monkeypatch.setattr(_Session, 'fault', fault)  # None: it is left out without a word
+    path = rtmo_of_spots(tmp_path / 'rtmo.onnx')
+    said = fault or 'left OpenVINOExecutionProvider out'
+    with pytest.raises(DepthPersonError, match=f"'openvino' cannot run .*{said}; choose another"):
+        opened(path, provider='openvino')
+
+
+@pytest.mark.usefixtures('fails_on_large')
+def test_a_damaged_file_is_not_blamed_on_the_provider(tmp_path):
+    path = tmp_path / 'net.onnx'
+    path.write_bytes(b'no network')
+    with pytest.raises(DepthPersonError, match='the file may be damaged'):
+        opened(path, provider='openvino')
+
+
+def test_more_threads_than_any_machine_has_are_refused(tmp_path):
+    with pytest.raises(DepthPersonError, match='threads 100000 is not from 0 to 256'):
+        opened(rtmo_of_spots(tmp_path / 'rtmo.onnx'), threads=100_000)
 
 
 @pytest.mark.parametrize(('option', 'value'), [

@@ -144,6 +144,10 @@ def written(path, maps, form):
     both = np.concatenate([maps.heat, maps.field], 2)
     if form == 'one, channels last':
         return constant(path, {'out': both[None]}, shape=nhwc)
+    if form == 'one, fields first':
+        maps.heat[..., -1] = 1 - maps.heat[..., :-1].max(2)  # the background
+        turned = np.concatenate([maps.field, maps.heat], 2)
+        return constant(path, {'out': turned[None]}, shape=nhwc)
     if form == 'one, channels first':
         return constant(path, {'out': channels_first(both)}, shape=nchw)
     if form == 'two':
@@ -156,7 +160,7 @@ def written(path, maps, form):
 
 @pytest.mark.parametrize('drawing', [COCO, BODY_25])
 @pytest.mark.parametrize('form', [
-    'one, channels last', 'one, channels first', 'two', 'stages'])
+    'one, channels last', 'one, fields first', 'one, channels first', 'two', 'stages'])
 def test_two_overlapping_people_come_in_raw_pixels_from_every_form_of_output(
         tmp_path, drawing, form):
     maps = DrawnFields(drawing, 30, 40)
@@ -170,6 +174,21 @@ def test_two_overlapping_people_come_in_raw_pixels_from_every_form_of_output(
     assert network.convention == 'openpose'
     assert found.dtype == np.float32
     assert np.nanmax(found[..., 2]) <= 1
+
+
+def test_outputs_that_could_be_read_either_way_are_laid_out_as_the_input(tmp_path):
+    maps = DrawnFields(COCO, 57, 30)
+    drawn = maps.draw(figure(12, 6))
+    path = written(tmp_path / 'n.onnx', maps, 'one, channels last')
+    found = open_network(PoseOptions(model=str(path)))(np.zeros((456, 240, 3), np.uint8))
+    np.testing.assert_allclose(found[0, :, :2], STRIDE * drawn + 3.5, atol=0.1)
+
+
+def test_heads_of_different_sizes_are_refused(tmp_path):
+    path = constant(tmp_path / 'n.onnx', {
+        'heat': np.zeros((1, 19, 8, 8), np.float32), 'paf': np.zeros((1, 38, 16, 16), np.float32)})
+    with pytest.raises(DepthPersonError, match='heat maps and fields should be of one size'):
+        open_network(PoseOptions(model=str(path)))(np.zeros((64, 64, 3), np.uint8))
 
 
 def test_a_person_alone_comes_to_a_tenth_of_a_pixel(tmp_path):
