@@ -33,6 +33,7 @@ def _template() -> _Array:
 
 
 TEMPLATE = _template()
+_WIDTH = TEMPLATE[LEFT, 0]
 # Below this length, metres of the template, two directions are one for rounding's sake.
 _TINY = 1e-9
 _QUARTER_TURN = np.array([-1.0, 1.0])  # of a vector (y, x)
@@ -72,15 +73,17 @@ def canonicalise(rays: _Array, known: NDArray[np.bool_]) -> Canonical:
     :param known: (n, 18).
     """
     rays = np.where(known[..., None], rays, 0.0)
+    both = np.empty((2, *known.shape, 2))  # the skeletons, and the template as they are seen
+    both[1] = TEMPLATE
     with np.errstate(all='ignore'):
         rotation = _turn_to(rays.sum(axis=1))
         turned = rays @ rotation.transpose(0, 2, 1)
         known = known & (turned[..., 2] > _WIDEST)
-        points = turned[..., :2] / turned[..., 2:]
-        points, centroid = _centred(points, known)
-        template, _ = _centred(TEMPLATE[None], known)
+        np.divide(turned[..., :2], turned[..., 2:], out=both[0])
+        (points, template), (centroid, _) = _centred(both, known)
         roll = _roll(points, template, known)
-        guess = np.sqrt((template ** 2).sum(axis=(1, 2)) / (points ** 2).sum(axis=(1, 2)))
+        size, template_size = (points ** 2).sum(axis=(1, 2)), (template ** 2).sum(axis=(1, 2))
+        guess = np.sqrt(template_size / size)
     full_roll = np.zeros_like(rotation)
     full_roll[:, :2, :2], full_roll[:, 2, 2] = roll, 1.0
     return Canonical(
@@ -90,11 +93,11 @@ def canonicalise(rays: _Array, known: NDArray[np.bool_]) -> Canonical:
 
 
 def _centred(points: _Array, known: NDArray[np.bool_]) -> tuple[_Array, _Array]:
-    """Return known points from their centroid, zero where unknown, and the centroid."""
-    weight = known[..., None] / np.maximum(known.sum(axis=1), 1)[:, None, None]
-    points = np.where(known[..., None], points, 0.0)
-    centroid = (weight * points).sum(axis=1)
-    return np.where(known[..., None], points - centroid[:, None], 0.0), centroid
+    """Return known points (..., n, 18, 2) from their centroids, zero where unknown, and these."""
+    there = known[..., None]
+    weight = there / np.maximum(known.sum(axis=1), 1)[:, None, None]
+    centroid = (weight * np.where(there, points, 0.0)).sum(axis=-2)
+    return np.where(there, points - centroid[..., None, :], 0.0), centroid
 
 
 def _turn_to(direction: _Array) -> _Array:
@@ -117,9 +120,9 @@ def _roll(points: _Array, template: _Array, known: NDArray[np.bool_]) -> _Array:
     right to left keypoints, which is square to it, steadies a lone head.
     """
     down = (template[..., 1:] * points).sum(axis=1)
-    both = known[:, LEFT] & known[:, RIGHT]
-    width = np.where(both, TEMPLATE[LEFT, 0], 0.0)[..., None]
-    across = (width * (points[:, LEFT] - points[:, RIGHT])).sum(axis=1)
+    both = known.take(LEFT, axis=1) & known.take(RIGHT, axis=1)
+    width = np.where(both, _WIDTH, 0.0)[..., None]
+    across = (width * (points.take(LEFT, axis=1) - points.take(RIGHT, axis=1))).sum(axis=1)
     square = across[:, ::-1] * _QUARTER_TURN
     along = down[:, 0] * square[:, 0] + down[:, 1] * square[:, 1]
     down = down + np.where(along < 0, -0.5, 0.5)[:, None] * square

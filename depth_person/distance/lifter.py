@@ -125,6 +125,9 @@ class Lifted:
     yaw: _Array
 
 
+_OUTPUTS = [field.name for field in fields(Lifted)]
+
+
 class Lifter:
     """
     The trained network, run by ONNX Runtime on one thread.
@@ -139,8 +142,7 @@ class Lifter:
 
     def lift(self, inputs: LifterInputs) -> Lifted:
         """Return what the network tells of each person."""
-        names = [field.name for field in fields(Lifted)]
-        outputs = self._session.run(names, inputs.as_feed())
+        outputs = self._session.run(_OUTPUTS, inputs.as_feed())
         return Lifted(*(np.asarray(output, np.float64) for output in outputs))
 
 

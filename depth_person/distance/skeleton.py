@@ -38,10 +38,12 @@ CONTRADICTION = 3.0
 LEAST_WORTH = 0.1
 
 _LOG_RANGES = np.log(RANGES)
-_SHOULDERS = [Keypoint.R_SHOULDER, Keypoint.L_SHOULDER]
+_SKELETON = int(Cue.SKELETON)
+_SHOULDERS = np.array([Keypoint.R_SHOULDER, Keypoint.L_SHOULDER])
 # Keypoints nearer than this, pixels, are one marked twice.
 _SAME_PLACE = 1e-3
-_EARLIER = np.tri(N_KEYPOINTS, k=-1, dtype=bool)
+# Each two keypoints.
+_LATER, _EARLIER = np.tril_indices(N_KEYPOINTS, k=-1)
 
 
 class SkeletonEstimator:
@@ -84,15 +86,17 @@ class SkeletonEstimator:
         gravity = mounting.down
         lifted = self._lifter.lift(lifter_inputs(
             view, noise_rad=noise, gravity=gravity, told=self._told[convention]))
-        neck = _neck(people, rays, view, lifted)
-        rays = np.where(view.known[..., None], rays, np.nan)
-        body_sigma = convention.sigma_scale * lifted.log_sigma
-        log_range, sigma, cues = _fused(
-            np.log(view.guess) + lifted.log_correction, body_sigma,
-            *ground_range(rays, noise, neck, mounting, placement=convention.placement))
-        position = np.exp(log_range)[:, None] * neck
+        neck = _neck(rays, view, lifted)
+        log_range = np.log(view.guess) + lifted.log_correction
+        sigma = convention.sigma_scale * lifted.log_sigma
+        cues = np.full(len(people), _SKELETON, np.uint8)
+        if mounting.gravity is not None and mounting.height is not None:
+            rays = np.where(view.known[..., None], rays, np.nan)
+            log_range, sigma, cues = _fused(log_range, sigma, *ground_range(
+                rays, noise, neck, mounting, placement=convention.placement))
+        distance = np.exp(log_range)
         return Distances.of(
-            position=position, range_sigma=np.exp(log_range) * sigma,
+            position=distance[:, None] * neck, range_sigma=distance * sigma,
             reason=_reasons(view, lifted, log_range, gravity), cues=cues)
 
     def _knowledge(self, convention: Convention) -> Knowledge:
@@ -108,18 +112,18 @@ class SkeletonEstimator:
 
 
 def _usable(people: People) -> NDArray[np.bool_]:
-    """Return (n, 18) which keypoints are there, sure enough, and in a place of their own."""
+    """Return (n, 18) which keypoints are sure enough, and in a place of their own."""
     keypoints = people.keypoints.astype(np.float64)
-    known = np.isfinite(keypoints).all(axis=-1)
-    with np.errstate(invalid='ignore'):
-        known &= keypoints[..., 2] >= LOWEST_SCORE
-    if not people.neck_measured:
-        known[:, Keypoint.NECK] = False
     with np.errstate(invalid='ignore', over='ignore'):
+        score = keypoints[..., 2]
+        known = (score >= LOWEST_SCORE) & (score < np.inf)
+        if not people.neck_measured:
+            known[:, Keypoint.NECK] = False
         pixels = np.where(known, keypoints[..., :2].transpose(2, 0, 1), np.nan)
-        u, v = pixels[:, :, :, None] - pixels[:, :, None]
-        same = u * u + v * v < _SAME_PLACE ** 2
-    return known & ~(same & _EARLIER).any(axis=2)
+        u, v = pixels.take(_LATER, axis=2) - pixels.take(_EARLIER, axis=2)
+        rows, pairs = np.nonzero(u * u + v * v < _SAME_PLACE ** 2)
+    known[rows, _LATER[pairs]] = False
+    return known
 
 
 def _rad_per_px(intrinsics: Intrinsics, view: Canonical) -> _Array:
@@ -128,15 +132,18 @@ def _rad_per_px(intrinsics: Intrinsics, view: Canonical) -> _Array:
     return np.abs(cosine) ** 1.5 / np.sqrt(intrinsics.fx * intrinsics.fy)
 
 
-def _neck(people: People, rays: _Array, view: Canonical, lifted: Lifted) -> _Array:
+def _neck(rays: _Array, view: Canonical, lifted: Lifted) -> _Array:
     """Return unit view rays (n, 3) of the necks: marked, midway of the shoulders, or lifted."""
+    neck = rays.take(_SHOULDERS, axis=1).sum(axis=1)
     with np.errstate(all='ignore'):
-        point = lifted.neck / view.guess[:, None] + view.centroid
-        neck = (rays_through(point)[:, None] @ view.rotation)[:, 0]
-        both = view.known[:, _SHOULDERS].all(axis=1, keepdims=True)
-        neck = np.where(both, rays[:, _SHOULDERS].sum(axis=1), neck)
+        both: NDArray[np.bool_] = np.all(view.known.take(_SHOULDERS, axis=1), axis=1)
+        if not both.all():
+            point = lifted.neck / view.guess[:, None] + view.centroid
+            lifted_neck = (rays_through(point)[:, None] @ view.rotation)[:, 0]
+            neck = np.where(both[:, None], neck, lifted_neck)
         marked = view.known[:, Keypoint.NECK]
-        neck = np.where(marked[:, None], rays[:, Keypoint.NECK], neck)
+        if marked.any():
+            neck = np.where(marked[:, None], rays[:, Keypoint.NECK], neck)
         return unit(neck)
 
 
@@ -144,15 +151,13 @@ def _fused(
     body: _Array, body_sigma: _Array, ground: _Array, ground_sigma: _Array,
 ) -> tuple[_Array, _Array, NDArray[np.uint8]]:
     """Return log-range, its spread and the cues: the body, and the ground where it helps."""
-    if np.isnan(ground).all():
-        return body, body_sigma, np.full(len(body), Cue.SKELETON, np.uint8)
     with np.errstate(invalid='ignore'):
         worth = body_sigma ** 2 / (body_sigma ** 2 + ground_sigma ** 2)
         used = ((np.abs(body - ground) <= CONTRADICTION * np.hypot(body_sigma, ground_sigma))
                 & (worth >= LEAST_WORTH))
     weight = np.where(used, worth, 0.0)
     log_range = body + weight * np.where(used, ground - body, 0.0)
-    cues = np.where(used, Cue.SKELETON | Cue.GROUND, Cue.SKELETON).astype(np.uint8)
+    cues = np.where(used, np.uint8(_SKELETON | Cue.GROUND), np.uint8(_SKELETON))
     return log_range, body_sigma * np.sqrt(1 - weight), cues
 
 
@@ -162,7 +167,8 @@ def _reasons(
     """Return (n,) why a person has no range."""
     down = view.rotation[:, 1] @ gravity[0]
     with np.errstate(invalid='ignore'):
-        squares = (view.points ** 2).sum(axis=2)
+        x, y = view.points.transpose(2, 0, 1)
+        squares = x * x + y * y
         count = view.known.sum(axis=1)
         stray = ((squares.max(axis=1) > LARGEST_SHARE * squares.sum(axis=1))
                  & (count >= SHARING_KEYPOINTS))
