@@ -90,8 +90,12 @@ def _session(
 ) -> onnxruntime.InferenceSession:
     """Return a session that really has a provider; raise what ONNX Runtime raises."""
     # Left to itself, it goes on without a provider that fails, and only prints that.
-    session = onnxruntime.InferenceSession(
-        network, options, _with_helpers(provider), enable_fallback=0)
+    providers: list[str | tuple[str, dict[str, str]]] = [*_with_helpers(provider)]
+    if provider == 'openvino' and options.intra_op_num_threads:
+        # It has threads of its own, and does not ask how many the session may have.
+        providers[0] = (
+            PROVIDERS[provider], {'num_of_threads': str(options.intra_op_num_threads)})
+    session = onnxruntime.InferenceSession(network, options, providers, enable_fallback=0)
     session.disable_fallback()
     if PROVIDERS[provider] not in session.get_providers():
         raise RuntimeError(f'it left {PROVIDERS[provider]} out')

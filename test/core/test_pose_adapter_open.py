@@ -1,6 +1,8 @@
 """Files that are no known network, images that are none, and providers that are not here."""
 from __future__ import annotations
 
+from typing import ClassVar
+
 import numpy as np
 import onnx
 from onnx import TensorProto
@@ -205,9 +207,11 @@ class _Session(onnxruntime.InferenceSession):
     """A session of an ONNX Runtime whose provider 'openvino' runs the smallest network only."""
 
     fault: str | None = None
+    asked: ClassVar[list[object]] = []
 
     def __init__(self, network, options, providers, **kwargs):
-        self._wanted = providers[0]
+        self.asked.append(providers[0])
+        self._wanted = providers[0] if isinstance(providers[0], str) else providers[0][0]
         self._small = isinstance(network, bytes)
         if self._wanted != 'CPUExecutionProvider' and not self._small and self.fault:
             raise RuntimeError(self.fault)
@@ -236,6 +240,14 @@ def test_a_network_that_the_provider_cannot_run_is_refused(tmp_path, monkeypatch
     said = fault or 'left OpenVINOExecutionProvider out'
     with pytest.raises(DepthPersonError, match=f"'openvino' cannot run .*{said}; choose another"):
         opened(path, provider='openvino')
+
+
+@pytest.mark.usefixtures('fails_on_large')
+def test_openvino_is_told_how_many_threads_it_may_have(tmp_path, monkeypatch):
+    monkeypatch.setattr(_Session, 'asked', [])
+    with pytest.raises(DepthPersonError):
+        opened(rtmo_of_spots(tmp_path / 'rtmo.onnx'), provider='openvino', threads=1)
+    assert ('OpenVINOExecutionProvider', {'num_of_threads': '1'}) in _Session.asked
 
 
 @pytest.mark.usefixtures('fails_on_large')
