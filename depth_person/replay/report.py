@@ -94,7 +94,7 @@ def make_report(
         pictures = sample_frames(
             bag, results, topic=choose_topic(bag, topic), count=frames, image_topic=image_topic)
         contents = [(each.name, each.msgtype, each.count) for each in bag.topics.values()]
-    faults = (*results.faults, *pictures.faults)
+    faults = (*results.faults, *pictures.faults, *(known.faults if known else ()))
     times = timing(results)
     points = len(results.people)
     body = [

@@ -225,13 +225,53 @@ def test_truth_across_a_long_gap_is_not_known(tmp_path):
     ('stamp_ns,range\n1.5,2\n', 'no table of numbers'),
     ('time_s,range\nnan,2\n', 'no table of numbers'),
     ('time_s,range\n1,-2\n', 'a range that is no positive number'),
-    ('time_s,x,y\n1,2,3\n', 'lacks the range, or x, y and z'),
+    ('time_s,x,y\n1,2,3\n', 'it needs one of .* and range or x, y, z'),
+    ('time_s,range\n0,\n', 'tells the range, or x, y and z, of nobody'),
+    ('time_s,range\n0,3\n0.1,"4,2"\n', "line 3 has time_s '0.1', range '4,2'"),
+    ('time_s,range,id\n0,3,anna\n', "id 'anna'"),
+    (f'stamp_ns,range\n{10**20},3\n', 'no table of numbers'),
+    ('stamp_s,range\n1e30,3\n', 'no table of numbers'),
+    (f'time_s,range,id\n0,3,{10**20}\n', 'no table of numbers'),
+    ('time_s,range\n0,3\n0,5\n', 'two ranges of person 0 at .* need an id'),
+    ('time_s,range\n500,3\n501,5\n', 'is of another time'),
 ])
 def test_a_table_that_is_no_truth_is_refused(tmp_path, text, said):
     path = tmp_path / 'truth.csv'
     path.write_text(text)
     with pytest.raises(DepthPersonError, match=said):
         read_truth(str(path), made_results([[]]), tmp_path)
+
+
+@pytest.mark.parametrize('text', [
+    '\ufefftime_s,range\r\n0,3\r\n0.4,5\r\n', 'time_s; range; id\n0; 3; 1\n0.4; 5; 1\n',
+    'range\ttime_s\n3\t0\n\n5\t0.4\n', 'id, time_s, range\n1.0, 0, 3\n1.0, 0.4, 5\n',
+    'time_s,range,by\n0,3,hand\n0.4,5\n'])
+def test_a_table_is_read_as_spreadsheets_and_programs_write_it(tmp_path, text):
+    path = tmp_path / 'truth.csv'
+    path.write_bytes(text.encode())
+    truth = read_truth(str(path), made_results([[]] * 5), tmp_path)
+    assert truth.people.range == pytest.approx([3, 3.5, 4, 4.5, 5])
+    assert not truth.faults
+
+
+def test_seconds_are_as_exact_as_nanoseconds(tmp_path):
+    """So that truth of the image itself counts where its neighbours are far."""
+    path = tmp_path / 'truth.csv'
+    stamps = [START_NS + 1_234_567, START_NS + 10**9 + 7_654_321]
+    path.write_text('stamp_s,range\n' + ''.join(
+        f'{stamp // 10**9}.{stamp % 10**9:09d},4\n' for stamp in stamps))
+    known = made_results([[], []])
+    frames = type(known)('', np.array(stamps), known.recorded_ns, known.people)
+    assert read_truth(str(path), frames, tmp_path).people.frame.tolist() == [0, 1]
+
+
+def test_rows_of_a_table_without_a_range_are_left_out_and_counted(tmp_path):
+    path = tmp_path / 'truth.csv'
+    path.write_text('time_s,range\n0,3\n0.1,\n0.2,nan\n0.4,5\n')
+    truth = read_truth(str(path), made_results([[]] * 5), tmp_path)
+    assert truth.people.range == pytest.approx([3, 3.5, 4, 4.5, 5])
+    assert truth.faults == (
+        f'the truth {path}: 2 people without a range, or x, y and z, are left out',)
 
 
 @pytest.mark.parametrize(('topic', 'said'), [
