@@ -53,7 +53,7 @@ class Comparison:
     :ivar range_change: relative; NaN where one of both has none.
     :ivar position_change: distance over a's range.
     :ivar sigma_change: relative.
-    :ivar range_lost: whether only one of both has a range.
+    :ivar lost: whether only one of both has a range, a sigma or a position.
     :ivar id_moved: whether the ids differ in a way that was not allowed.
     """
 
@@ -64,7 +64,7 @@ class Comparison:
     range_change: _Array
     position_change: _Array
     sigma_change: _Array
-    range_lost: NDArray[np.bool_]
+    lost: NDArray[np.bool_]
     id_moved: NDArray[np.bool_]
 
     @property
@@ -75,7 +75,7 @@ class Comparison:
     @cached_property
     def beyond(self) -> NDArray[np.bool_]:
         """Whether the person differs by more than tolerated."""
-        return self.missing | self.range_lost | self.id_moved | (self.excess > 1)
+        return self.missing | self.lost | self.id_moved | (self.excess > 1)
 
     @cached_property
     def excess(self) -> _Array:
@@ -130,14 +130,16 @@ def compare(
     pairs = pair(a, b)
     old, new = a.people, b.people
     range_a, range_b = _column(old.range, pairs.row_a), _column(new.range, pairs.row_b)
-    moved = np.linalg.norm(
-        _column(new.position, pairs.row_b) - _column(old.position, pairs.row_a), axis=1)
+    place_a, place_b = _column(old.position, pairs.row_a), _column(new.position, pairs.row_b)
+    moved = np.linalg.norm(place_b - place_a, axis=1)
     sigma_a, sigma_b = (
         _column(old.range_sigma, pairs.row_a), _column(new.range_sigma, pairs.row_b))
     return Comparison(
         a, b, pairs, tolerances, range_change=range_b / range_a - 1,
         position_change=moved / range_a, sigma_change=_ratio(sigma_b, sigma_a) - 1,
-        range_lost=pairs.both & (np.isfinite(range_a) != np.isfinite(range_b)),
+        lost=pairs.both & np.any([
+            _only_one(range_a, range_b), _only_one(sigma_a, sigma_b),
+            _only_one(place_a.sum(axis=1), place_b.sum(axis=1))], axis=0),
         id_moved=_moved_ids(a, b, pairs, ids))
 
 
@@ -161,6 +163,10 @@ def _ratio(new: _Array, old: _Array) -> _Array:
     """Return new over old, 1 where both are 0."""
     with np.errstate(divide='ignore', invalid='ignore'):
         return np.where((new == 0) & (old == 0), 1.0, new / old)
+
+
+def _only_one(a: _Array, b: _Array) -> NDArray[np.bool_]:
+    return np.isfinite(a) != np.isfinite(b)
 
 
 def _over(change: _Array, tolerance: float) -> _Array:

@@ -35,7 +35,7 @@ class Record:
             return cls(json.loads(path.read_text(encoding='utf-8')))
         except OSError as error:
             raise DepthPersonError(f'cannot be read: {error.strerror}') from error
-        except ValueError as error:
+        except (RecursionError, ValueError) as error:
             raise DepthPersonError(f'is not valid JSON: {error}') from error
 
     def __contains__(self, key: str) -> bool:
@@ -55,9 +55,13 @@ class Record:
         value = self._get(key) if default is None or key in self else default
         if isinstance(value, bool) or not isinstance(value, (int, float)):
             raise self.fault(key, f'is not a number but {value!r}')
-        if not math.isfinite(value):
-            raise self.fault(key, f'is {value}')
-        return float(value)
+        try:
+            number = float(value)
+        except OverflowError:  # a whole number of hundreds of digits
+            number = math.inf
+        if not math.isfinite(number):
+            raise self.fault(key, f'is {number}')
+        return number
 
     def positive(self, key: str) -> float:
         """Return a number above zero."""
@@ -86,7 +90,7 @@ class Record:
         value = self._get(key)
         try:
             array = np.asarray(value, np.float64)
-        except (TypeError, ValueError) as error:
+        except (OverflowError, TypeError, ValueError) as error:
             raise self.fault(key, 'is not a list of numbers') from error
         if array.shape != tuple(shape):
             raise self.fault(key, f'has the shape {array.shape}, not {tuple(shape)}')
@@ -106,8 +110,10 @@ class Record:
         return [Record(item, f'{self._where}{key}[{i}]: ') for i, item in enumerate(value)]
 
     def identity(self, key: str) -> int | str:
-        """Return a whole number or a text."""
+        """Return a whole number of 64 bits or a text."""
         value = self._get(key)
         if isinstance(value, bool) or not isinstance(value, (int, str)):
             raise self.fault(key, f'is neither a whole number nor a text but {value!r}')
+        if isinstance(value, int) and not -2**63 <= value < 2**63:
+            raise self.fault(key, f'is {value}, a number of more than 64 bits')
         return value

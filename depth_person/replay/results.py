@@ -56,7 +56,7 @@ class PersonRows:
         def floats(name: str) -> _Array:
             return column(points, name).astype(np.float64)
 
-        known = np.isfinite(floats('range'))
+        known = np.isfinite(floats('range')) & (floats('range') > 0)
         return cls(
             frame=np.full(len(points), frame, np.intp),
             track_id=points['track_id'].astype(np.int64),
@@ -137,7 +137,10 @@ def read_results(path: Path, *, topic: str | None = None) -> Results:
                        else 'without a stamp, left out'] += 1
                 continue
             try:
-                frames[stamp] = recorded_ns, _people(message)
+                points = _points(message)
+                frames[stamp] = recorded_ns, PersonRows.of_points(points, 0)
+                faults['with a range that is not positive, taken as none'] += bool(
+                    (points['range'] <= 0).any())
             except DepthPersonError as error:
                 faults[f'left out: {error}'] += 1
         faults['that cannot be decoded, left out'] += bag.undecodable[topic]
@@ -196,12 +199,12 @@ def choose_topic(bag: BagReader, wanted: str | None) -> str:
     return found[0]
 
 
-def _people(message: Any) -> PersonRows:
+def _points(message: Any) -> NDArray[np.void]:
     points = cloud_points(message).ravel()
     missing = [name for name in NEEDED if name not in (points.dtype.names or ())]
     if missing:
         raise DepthPersonError(f'the cloud lacks {", ".join(missing)}')
-    return PersonRows.of_points(points, 0)
+    return points
 
 
 def _in_frame(people: PersonRows, frame: int) -> PersonRows:

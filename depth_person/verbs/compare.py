@@ -138,7 +138,7 @@ def _worst(comparison: Comparison, lines: int) -> Iterator[str]:
     beyond = np.flatnonzero(comparison.beyond)
     if not (beyond.size and lines):
         return
-    excess = np.where(comparison.missing | comparison.range_lost, np.inf, comparison.excess)
+    excess = np.where(comparison.missing | comparison.lost, np.inf, comparison.excess)
     order = beyond[np.argsort(-excess[beyond], kind='stable')][:lines]
     shown = f', the worst {len(order)} of {len(beyond)}' if len(order) < len(beyond) else ''
     yield f'what moved{shown}:'

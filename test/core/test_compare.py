@@ -107,9 +107,33 @@ def test_a_range_that_is_lost_is_different_and_one_that_neither_has_is_not():
     frames = [[walk(step)[0], (*NOBODY, 2)] for step in range(10)]
     lost = results(frames)
     result = compare(walked(), lost)
-    assert result.range_lost.sum() == 10
+    assert result.lost.sum() == 10
     assert not result.agree
     assert compare(lost, lost).agree
+
+
+@pytest.mark.parametrize('field', ['range_sigma', 'position'])
+def test_a_sigma_or_a_place_that_is_lost_is_different(field):
+    lost = replace(walked(), people=replace(
+        walked().people, **{field: getattr(walked().people, field) * np.nan}))
+    assert compare(walked(), lost).beyond.all()
+    assert compare(lost, walked()).beyond.all()
+    assert compare(lost, lost).agree
+
+
+@pytest.mark.parametrize('wrong', [-3.0, 0.0])
+def test_a_range_that_can_be_none_is_named_and_taken_for_none(tmp_path, capsys, wrong):
+    points = people(*walk(0))
+    points['range'][0] = wrong
+    path = tmp_path / 'a'
+    with BagWriter(path) as bag:
+        bag.write(TOPIC, START_NS, cloud(START_NS, points))
+    found = read_results(path)
+    assert np.isnan(found.people.range).tolist() == [True] + [False] * (len(points) - 1)
+    assert main(['compare', str(path), str(path)]) == 2
+    said = capsys.readouterr()
+    assert '1 messages with a range that is not positive' in said.err
+    assert 'the same' in said.out
 
 
 def test_golden_values_are_the_results_they_were_written_from(tmp_path):
@@ -127,6 +151,10 @@ def test_golden_values_are_the_results_they_were_written_from(tmp_path):
     ('{"frames": [{"stamp_ns": "1", "people": []}]}', r'frames\[0\]: stamp_ns is'),
     ('{"frames": [{"stamp_ns": 1, "people": [{"id": 1, "range": -2}]}]}', 'position is missing'),
     ('{"frames": [{"stamp_ns": 1, "people": []}], "tolerances": {"range": -1}}', 'tolerance'),
+    (f'{{"frames": [{{"stamp_ns": {10**20}, "people": []}}]}}', 'more than 64 bits'),
+    (f'{{"frames": [{{"stamp_ns": 1, "people": [{{"id": {10**20}}}]}}]}}', 'more than 64 bits'),
+    (f'{{"frames": [], "tolerances": {{"range": {10**400}}}}}', 'range is inf'),
+    (10**5 * '[', 'is not valid JSON'),
 ])
 def test_golden_values_that_are_none_are_refused(tmp_path, text, message):
     path = tmp_path / 'golden.json'
