@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from depth_person.distance.motion import Motion
 from depth_person.distance.scale import ErrorShares, VIEW_TIME_S
-from depth_person.distance.states import BODY, N_STATES, POSITION, States, VELOCITY, VIEW
-from depth_person.distance.vectors import length, unit_or_zero
+from depth_person.distance.states import BODY, IDENTITY, N_STATES, POSITION, States, VELOCITY, VIEW
+from depth_person.distance.vectors import polar, UNIT_MATRIX
 
 _Array = NDArray[np.float64]
 
@@ -52,15 +52,15 @@ def started(
     """
     n = len(measured)
     away = measured - origin
-    ray = unit_or_zero(away)
+    distance, ray = polar(away)
     mean = np.zeros((n, N_STATES))
     mean[:, POSITION] = measured
     errors = np.stack([shares.body, shares.view], axis=-1)
     along = ray[:, :, None] * ray[:, None]
     covariance = np.zeros((n, N_STATES, N_STATES))
     covariance[:, POSITION, POSITION] = (
-        (shares.variance * length(away) ** 2)[:, None, None] * along
-        + (shares.across ** 2)[:, None, None] * (np.eye(3) - along))
+        (shares.variance * distance ** 2)[:, None, None] * along
+        + (shares.across ** 2)[:, None, None] * (UNIT_MATRIX - along))
     covariance[:, POSITION, BODY:] = -away[:, :, None] * errors[:, None]
     covariance[:, BODY:, POSITION] = covariance[:, POSITION, BODY:].transpose(0, 2, 1)
     covariance[:, VELOCITY, VELOCITY] = motion.velocities(away)
@@ -75,8 +75,8 @@ def predicted(states: States, elapsed_s: float, motion: Motion, origin: _Array) 
     :param origin: (3,) where the camera is.
     """
     memory = np.exp(-elapsed_s / VIEW_TIME_S)
-    step = np.eye(N_STATES)
-    step[POSITION, VELOCITY] = elapsed_s * np.eye(3)
+    step = IDENTITY.copy()
+    step[POSITION, VELOCITY] = elapsed_s * UNIT_MATRIX
     step[VIEW, VIEW] = memory
     covariance = step @ states.covariance @ step.T
     intensity = motion.accelerations(states.mean[:, POSITION] - origin)
@@ -102,10 +102,11 @@ def updated(
     :param origin: (3,) where the camera is.
     """
     away, seen = states.mean[:, POSITION] - origin, measured - origin
-    near = np.maximum(length(away), _NEAREST)
-    axes = _axes(unit_or_zero(away))
-    innovation = (axes @ unit_or_zero(seen)[..., None])[..., 0]
-    innovation[:, 0] = (np.log(length(seen) / near)
+    (distance, ray), (seen_distance, seen_ray) = polar(away), polar(seen)
+    near = np.maximum(distance, _NEAREST)
+    axes = _axes(ray)
+    innovation = (axes @ seen_ray[..., None])[..., 0]
+    innovation[:, 0] = (np.log(seen_distance / near)
                         - shares.body * states.mean[:, BODY] - shares.view * states.mean[:, VIEW])
     slope = np.zeros((len(near), 3, N_STATES))
     slope[:, :, POSITION] = axes / near[:, None, None]
@@ -120,7 +121,7 @@ def updated(
     gain = solved[..., :N_STATES].transpose(0, 2, 1)
     off = (innovation * solved[..., N_STATES]).sum(axis=1)
     np.maximum(innovation[:, 0], -_STEP_NEARER, out=innovation[:, 0])
-    rest = np.eye(N_STATES) - gain @ slope
+    rest = IDENTITY - gain @ slope
     covariance = (rest @ states.covariance @ rest.transpose(0, 2, 1)
                   + gain @ noise @ gain.transpose(0, 2, 1))
     return Update(
@@ -134,6 +135,6 @@ def _axes(ray: _Array) -> _Array:
     mirror = ray * sign
     mirror[:, 0] += 1.0
     half = (mirror ** 2).sum(axis=1)[:, None, None] / 2
-    axes = np.eye(3) - mirror[:, :, None] * mirror[:, None] / half
+    axes = UNIT_MATRIX - mirror[:, :, None] * mirror[:, None] / half
     axes[:, 0] = ray
     return axes

@@ -132,7 +132,7 @@ class PeopleFilter:
         """Bring everybody to the time of the stamp, and into the frame of the pose."""
         elapsed_s = 0.0 if self._stamp_ns is None else (stamp_ns - self._stamp_ns) * _NS
         tracks = self._tracks
-        tracks = tracks.take((stamp_ns - tracks.measured_ns) * _NS <= FORGOTTEN_S)
+        tracks = tracks.where((stamp_ns - tracks.measured_ns) * _NS <= FORGOTTEN_S)
         states, before = tracks.states, self._pose
         velocity = np.zeros(3)
         if before is not None and pose is not None and elapsed_s > 0:
@@ -165,7 +165,7 @@ class PeopleFilter:
     def _result(self, people: People, measured: Distances, stamp_ns: int) -> TrackedPeople:
         """Return the people of the frame, then the hidden, as they are thought to be."""
         tracks = self._tracks
-        tracks = tracks.take(
+        tracks = tracks.where(
             (stamp_ns - tracks.measured_ns) * _NS <= self._options.prediction_time)
         hidden = tracks.ids[missing(tracks.ids, people.track_ids)]
         result = TrackedPeople.unfiltered(people, measured).with_hidden(hidden)
@@ -174,7 +174,9 @@ class PeopleFilter:
         tracks = tracks.take(rows[which])
         contact, contact_sigma = time_to_contact(
             tracks.states, self._camera.position, self._camera_velocity)
-        states = _seen_from(tracks.states, self._camera, np.zeros(3))
+        states = tracks.states
+        if self._pose is not None:
+            states = _seen_from(states, self._pose, np.zeros(3))
         sigma, speed_sigma = _along_rays(states)
         predicted = tracks.measured_ns != stamp_ns
         raw = result.measured

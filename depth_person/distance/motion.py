@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from depth_person.distance.vectors import length, unit_or_zero
+from depth_person.distance.vectors import polar, UNIT_MATRIX
 
 _Array = NDArray[np.float64]
 
@@ -39,7 +39,7 @@ class Motion:
 
 def _covariances(away: _Array, each_way: float, turning: float) -> _Array:
     """Return (n, 3, 3) of spreads each_way, and across the ray turning by metres as well."""
-    ray = unit_or_zero(away)
-    wider = (turning * length(away)) ** 2
-    across = np.eye(3) - ray[:, :, None] * ray[:, None]
-    return each_way ** 2 * np.eye(3) + wider[:, None, None] * across
+    distance, ray = polar(away)
+    wider = (turning * distance) ** 2
+    across = UNIT_MATRIX - ray[:, :, None] * ray[:, None]
+    return each_way ** 2 * UNIT_MATRIX + wider[:, None, None] * across

@@ -11,6 +11,8 @@ _Array = NDArray[np.float64]
 #: Where position, velocity, body and view are in a state.
 POSITION, VELOCITY, BODY, VIEW = slice(0, 3), slice(3, 6), 6, 7
 N_STATES = 8
+#: What changes nothing of a state.
+IDENTITY = np.eye(N_STATES)
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +47,7 @@ class States:
 
     def moved(self, rotation: _Array, translation: _Array) -> States:
         """Return the states in another frame: rotation (3, 3) times places, plus translation."""
-        turn = np.eye(N_STATES)
+        turn = IDENTITY.copy()
         turn[POSITION, POSITION] = turn[VELOCITY, VELOCITY] = rotation
         mean = self.mean @ turn.T
         mean[:, POSITION] += translation

@@ -85,6 +85,10 @@ class Tracks:
             np.empty(0, np.int32), np.empty((0, 3)), np.empty(0), np.zeros(3), 0, np.empty(0),
         ).begun(Motion(speed=0.0, acceleration=0.0))
 
+    def where(self, kept: NDArray[np.bool_]) -> Tracks:
+        """Return the tracks that are kept (n,); in most frames all are."""
+        return self if kept.all() else self.take(kept)
+
     def take(self, rows: _Rows | NDArray[np.bool_]) -> Tracks:
         """Return the tracks of these rows."""
         return Tracks(self.ids[rows], self.measured_ns[rows], self.outliers[rows],
@@ -141,15 +145,15 @@ class Tracks:
         update = updated(
             self.states.take(rows), seen.places, seen.shares(self.usual[rows]), seen.origin)
         waited_s = (seen.stamp_ns - self.measured_ns[rows]) * _NS
-        again = ~update.likely & (self.outliers[rows] + 1 >= OUTLIERS) & (waited_s >= OUTLIERS_S)
-        states = self.states.put(rows[update.likely], update.states.take(update.likely))
+        used = update.likely
+        states = self.states.put(rows[used], update.states.take(used))
+        again = ~used & (self.outliers[rows] + 1 >= OUTLIERS) & (waited_s >= OUTLIERS_S)
         if again.any():
             states = states.put(rows[again], seen.take(again).begun(motion).states)
-        used = update.likely | again
-        usual = self.usual.copy()
-        usual[rows] = np.where(used, ErrorShares.averaged(
-            self.usual[rows], seen.spreads, waited_s), self.usual[rows])
-        measured_ns, outliers = self.measured_ns.copy(), self.outliers.copy()
+            used = used | again
+        usual, measured_ns, outliers = (
+            self.usual.copy(), self.measured_ns.copy(), self.outliers.copy())
+        usual[rows[used]] = ErrorShares.averaged(usual[rows], seen.spreads, waited_s)[used]
         measured_ns[rows[used]] = seen.stamp_ns
         outliers[rows] = np.where(used, 0, outliers[rows] + 1)
         return Tracks(self.ids, measured_ns, outliers, usual, states)

@@ -6,6 +6,9 @@ from numpy.typing import NDArray
 
 _Array = NDArray[np.float64]
 
+#: Of space; NumPy takes longer to make it than to use it.
+UNIT_MATRIX = np.eye(3)
+
 _TINY = 1e-9
 # The axes after and before each axis.
 _NEXT, _LAST = [1, 2, 0], [2, 0, 1]
@@ -23,7 +26,13 @@ def unit(vectors: _Array) -> _Array:
 
 def unit_or_zero(vectors: _Array) -> _Array:
     """Return vectors (..., k) at length 1; zero for one that has no length."""
-    return vectors / np.maximum(length(vectors), _TINY)[..., None]
+    return polar(vectors)[1]
+
+
+def polar(vectors: _Array) -> tuple[_Array, _Array]:
+    """Return the lengths (...) of vectors (..., k), and as unit_or_zero where they point."""
+    lengths = length(vectors)
+    return lengths, vectors / np.maximum(lengths, _TINY)[..., None]
 
 
 def cross(one: _Array, other: _Array) -> _Array:
