@@ -12,6 +12,7 @@ are returned in cells from the outer corner of the first cell, so that they scal
 """
 from __future__ import annotations
 
+from functools import lru_cache
 import math
 
 import cv2
@@ -31,8 +32,9 @@ _COUNTED_SCORE = 0.12695312
 #: The single-person graphs divide scores by the distance in cells plus this.
 _SINGLE_SOFTENING = 1.7998047
 
-#: The heat within so many cells of the highest tells where a peak is.
-_PEAK_REACH = 2
+#: The heat of the cells so far about the highest tells where a peak is.
+_PEAK_STEPS = np.arange(-2, 3)
+_NO_HEAT = np.float32(1e-9)
 
 _KEYPOINTS = np.arange(N_COCO17)
 
@@ -67,43 +69,64 @@ def decode_crops(
     :returns: (n, 17, 3) x, y, score.
     """
     n, _, height, width = center.shape
-    rows, columns = (np.arange(size, dtype=np.float32) for size in (height, width))
-    from_middle = np.hypot((rows - height / 2)[:, None], columns - width / 2)
-    weighted = center[:, 0] / (from_middle + _SINGLE_SOFTENING)
-    row, column = np.divmod(weighted.reshape(n, -1).argmax(1), width)
-    regressed = regression[np.arange(n), :, row, column].reshape(n, N_COCO17, 2)
-    y, x = np.moveaxis(regressed + np.stack([row, column], 1)[:, None].astype(np.float32), 2, 0)
-    distance = np.square(rows - y[..., None])[..., None] + np.square(
-        columns - x[..., None])[..., None, :]
+    grid = _grid(height, width)
+    middle = (center.reshape(n, -1) / grid.from_middle).argmax(1)
+    regressed = regression.reshape(n, 2 * N_COCO17, -1)[np.arange(n), :, middle]
+    regressed = regressed.reshape(n, N_COCO17, 2)
+    regressed += grid.cells[middle][:, None]
+    distance = np.square(grid.rows - regressed[..., :1])[..., None] + np.square(
+        grid.columns - regressed[..., 1:])[..., None, :]
     np.sqrt(distance, out=distance)
     distance += np.float32(_SINGLE_SOFTENING)
     weighted = np.divide(heatmap, distance, out=distance).reshape(n, N_COCO17, -1)
-    row, column = np.divmod(weighted.argmax(2), width)
+    marked = weighted.argmax(2)
     crop = np.arange(n)[:, None]
-    y = row + offset[crop, 2 * _KEYPOINTS, row, column]
-    x = column + offset[crop, 2 * _KEYPOINTS + 1, row, column]
+    place = grid.cells[marked] + offset.reshape(n, N_COCO17, 2, -1)[crop, _KEYPOINTS, :, marked]
+    heat = heatmap.reshape(weighted.shape)
     if fit_peaks:
-        heat_y, heat_x = _centres_of_heat(heatmap, row, column)
-        y, x = (y + heat_y) / 2, (x + heat_x) / 2
-    score = heatmap[crop, _KEYPOINTS, row, column]
-    return np.stack([x, y, score], -1).astype(np.float32)
+        place = (place + _centres_of_heat(heat, marked, grid)) / 2
+    keypoints = np.empty((n, N_COCO17, 3), np.float32)
+    keypoints[..., 1::-1] = place
+    keypoints[..., 2] = heat[crop, _KEYPOINTS, marked]
+    return keypoints
 
 
-def _centres_of_heat(
-    heatmap: Array, row: NDArray[np.intp], column: NDArray[np.intp],
-) -> tuple[Array, Array]:
-    """Return y, x (n, 17) of the centre of the heat around cells, from the corner of the first."""
-    steps = np.arange(-_PEAK_REACH, _PEAK_REACH + 1)
-    y, x = row[..., None] + steps, column[..., None] + steps
-    height, width = heatmap.shape[2:]
-    inside = ((y >= 0) & (y < height))[..., :, None] & ((x >= 0) & (x < width))[..., None, :]
-    crop, keypoint = np.arange(len(heatmap))[:, None, None, None], _KEYPOINTS[:, None, None]
-    heat = heatmap[
-        crop, keypoint, np.clip(y, 0, height - 1)[..., None],
-        np.clip(x, 0, width - 1)[..., None, :]] * inside
-    heat = heat / np.maximum(heat.sum((2, 3), keepdims=True), 1e-9)
-    half = np.float32(0.5)
-    return (heat.sum(3) * y).sum(2) + half, (heat.sum(2) * x).sum(2) + half
+class _Grid:
+    """
+    What follows from the size of heads alone; cells are counted row after row.
+
+    :ivar rows: (h,) the numbers of the rows; of the columns likewise.
+    :ivar cells: (h w, 2) row and column of each cell.
+    :ivar from_middle: (h w,) their distance from the middle of the image, softened.
+    :ivar around: (h w, 25) the cells around each; where there is none, any.
+    :ivar inside: (h w, 25) 1 where there is one, else 0.
+    """
+
+    def __init__(self, height: int, width: int) -> None:
+        self.rows, self.columns = (np.arange(side, dtype=np.float32) for side in (height, width))
+        self.from_middle = (_SINGLE_SOFTENING + np.hypot(
+            (self.rows - height / 2)[:, None], self.columns - width / 2)).ravel()
+        cells = np.indices((height, width)).reshape(2, -1).T
+        self.cells = cells.astype(float)
+        steps = np.stack(np.meshgrid(_PEAK_STEPS, _PEAK_STEPS, indexing='ij'), 2).reshape(-1, 2)
+        around = cells[:, None] + steps
+        inside = ((around >= 0) & (around < (height, width))).all(2)
+        self.around = np.where(inside, around @ (width, 1), 0)
+        self.inside = inside.astype(np.float32)
+
+
+_grid = lru_cache(_Grid)
+
+
+def _centres_of_heat(heat: Array, marked: NDArray[np.intp], grid: _Grid) -> NDArray[np.float64]:
+    """Return y, x (n, 17, 2) of the centre of the heat around cells, from the first's corner."""
+    crop = np.arange(len(heat))[:, None, None]
+    near = heat[crop, _KEYPOINTS[:, None], grid.around[marked]] * grid.inside[marked]
+    near /= np.maximum(near.sum(2, keepdims=True), _NO_HEAT)
+    near = near.reshape(*marked.shape, len(_PEAK_STEPS), len(_PEAK_STEPS))
+    by_row_and_column = np.stack([near.sum(3), near.sum(2)], 2)
+    places = grid.cells[marked][..., None] + _PEAK_STEPS
+    return (by_row_and_column * places).sum(3) + 0.5
 
 
 def decode_multi(
