@@ -40,8 +40,7 @@ def boxes(points: Array) -> Array:
 
     :param points: (..., k, 2), NaN where missing; one at least is not.
     """
-    low = np.where(np.isnan(points), np.inf, points).min(-2)
-    high = np.where(np.isnan(points), -np.inf, points).max(-2)
+    low, high = np.fmin.reduce(points, -2), np.fmax.reduce(points, -2)  # which ignore NaN
     return np.concatenate([low, high], -1)
 
 
@@ -55,19 +54,24 @@ def body_sizes(points: Array) -> Array:
     :param points: (n, 18, 2), NaN where missing; one at least is not.
     """
     parts = points[:, _FROM] - points[:, _TO]
-    told = np.nan_to_num(np.hypot(parts[..., 0], parts[..., 1]) * _TIMES)
+    told = np.hypot(parts[..., 0], parts[..., 1]) * _TIMES
     around = boxes(points)
     longer = (around[:, 2:] - around[:, :2]).max(-1) * _BOX_TIMES
-    return np.maximum(longer, told.max(1)).astype(np.float32)
+    return np.fmax(longer, np.fmax.reduce(told, 1, initial=0)).astype(np.float32)
 
 
 def mean_apart(points: Array, others: Array) -> NDArray[np.floating]:
     """Return (n, m) the mean distance of the keypoints that two have; infinite for none."""
     distance = points[:, None] - others[None]
-    distance = np.hypot(distance[..., 0], distance[..., 1])
-    common = np.isfinite(distance)
-    mean = np.where(common, distance, 0).sum(2) / np.maximum(common.sum(2), 1)
-    return np.where(common.any(2), mean, np.inf)
+    return mean_known(np.hypot(distance[..., 0], distance[..., 1]))
+
+
+def mean_known(distances: Array) -> NDArray[np.floating]:
+    """Return the means along the last axis of what is known, not NaN; infinite for none."""
+    known = np.isfinite(distances)
+    count = known.sum(-1)
+    mean = np.where(known, distances, np.float32(0)).sum(-1) / np.maximum(count, 1)
+    return np.where(count > 0, mean, np.inf)
 
 
 def likeness(
@@ -86,7 +90,8 @@ def likeness(
     size = np.minimum(first_sizes[:, None], second_sizes[None])
     apart = first[:, None] - second[None]
     apart = np.hypot(apart[..., 0], apart[..., 1]) / (spread * size)[..., None]
-    near = np.exp2(-np.square(np.nan_to_num(apart, nan=np.inf)))
+    near = np.exp2(-np.square(apart))
+    near[np.isnan(near)] = 0
     seen, other_seen = (np.isfinite(each[..., 0]).sum(1) for each in (first, second))
     return near.sum(2) / np.maximum(np.minimum(seen[:, None], other_seen[None]), 1)
 

@@ -2,10 +2,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from depth_person.pose.bodies import Array, Bools, likeness, mean_apart, same_people
+from depth_person.pose.bodies import Array, Bools, likeness, mean_apart, mean_known, same_people
 from depth_person.pose.detector import sureness
 from depth_person.pose.movenet import MIN_KEYPOINTS
 from depth_person.pose.tracking import Track
@@ -43,35 +44,37 @@ class Seen:
     :ivar expected: (n, 18, 2) where the keypoints should be, NaN where nobody knows.
     :ivar sizes: (n,) of the bodies, raw pixels.
     :ivar detected: (n, 18, 3) as the detector marked them in this frame; NaN where it did not.
+    :ivar stamp_ns: of the frame.
     """
 
     tracks: list[Track | None]
     expected: Array
     sizes: Array
     detected: Array
+    stamp_ns: int
 
-    @property
+    @cached_property
     def new(self) -> Bools:
         """Who is not tracked yet (n,)."""
         return np.array([track is None for track in self.tracks], bool)
 
-    def strayed(self, stamp_ns: int) -> Array:
-        """Return (n,) how far, over their size, people may have strayed from what is expected."""
-        missed = np.array([
-            0.0 if track is None else track.missed_s(stamp_ns) for track in self.tracks])
-        return np.clip(
-            _STRAYED_A_SECOND * (missed - _SEEN_JUST_NOW_S), 0.0, _MOST_STRAYED,
-            dtype=np.float32)
+    @cached_property
+    def strayed(self) -> Array:
+        """How far, over their size, people may have strayed from what is expected (n,)."""
+        missed = [
+            0.0 if track is None else track.missed_s(self.stamp_ns) for track in self.tracks]
+        return np.array([
+            min(max(_STRAYED_A_SECOND * (each - _SEEN_JUST_NOW_S), 0.0), _MOST_STRAYED)
+            for each in missed], np.float32)
 
 
-def chosen(seen: Seen, marked: Array, stamp_ns: int) -> Array:
+def chosen(seen: Seen, marked: Array) -> Array:
     """Return for each person the crop's keypoints, else the detector's, else NaN."""
     points = marked[..., :2]
     enough = np.isfinite(marked[..., 2]).sum(1) >= MIN_KEYPOINTS
     detected = seen.detected
     off = _off(seen, points)
-    good = enough & (off < _MOST_OFF + seen.strayed(stamp_ns)) & (
-        sureness(marked) >= _LEAST_SURE)
+    good = enough & (off < _MOST_OFF + seen.strayed) & (sureness(marked) >= _LEAST_SURE)
     good &= ~_slipped(seen, points, off, good)
     has_detection = np.isfinite(detected[..., 2]).any(1)
     if not has_detection.any():
@@ -92,7 +95,7 @@ def is_young(track: Track | None, stamp_ns: int) -> bool:
     return track is None or stamp_ns - track.started_ns < _YOUNG_NS
 
 
-def refuse_doubles(seen: Seen, keypoints: Array, stamp_ns: int) -> Bools:
+def refuse_doubles(seen: Seen, keypoints: Array) -> Bools:
     """
     Blank whoever is the same as another, and return who that is (n,).
 
@@ -105,7 +108,7 @@ def refuse_doubles(seen: Seen, keypoints: Array, stamp_ns: int) -> Bools:
     same = same_people(points, seen.sizes, strict=~seen.new)
     if not same.any():
         return doubles
-    young = np.array([is_young(track, stamp_ns) for track in seen.tracks])
+    young = np.array([is_young(track, seen.stamp_ns) for track in seen.tracks])
     kept: list[int] = []
     order = np.where(seen.new, -sureness(keypoints), _off(seen, points))
     for index in np.lexsort((order, young, seen.new)):
@@ -130,8 +133,9 @@ def part_marks(seen: Seen, keypoints: Array) -> Bools:
     size = np.minimum(seen.sizes[:, None], seen.sizes[None])
     np.einsum('iik->ik', apart)[...] = np.inf
     first, second, keypoint = np.nonzero(apart < (_SAME_MARK * size)[..., None])
-    off = np.nan_to_num(np.hypot(*np.moveaxis(points - seen.expected, 2, 0)), nan=np.inf)
-    off = np.where(seen.new[:, None], np.inf, off)
+    strayed = points - seen.expected
+    off = np.hypot(strayed[..., 0], strayed[..., 1])
+    off[np.isnan(off) | seen.new[:, None]] = np.inf
     loses = (off[first, keypoint] > off[second, keypoint]) | (
         (off[first, keypoint] == off[second, keypoint]) & (first > second))
     had = np.isfinite(points[..., 0]).sum(1)
@@ -157,7 +161,6 @@ def _slipped(seen: Seen, points: Array, off: Array, good: Bools) -> Bools:
 
 def _off(seen: Seen, points: Array) -> Array:
     """Return (n,) how far, over their size, people lie from where expected; else infinite."""
-    apart = np.hypot(*np.moveaxis(points - seen.expected, 2, 0))
-    known = np.isfinite(apart)
-    off = np.where(known, apart, 0).sum(1) / np.maximum(known.sum(1), 1) / seen.sizes
-    return np.where(known.any(1), off, np.float32(np.inf))
+    apart = points - seen.expected
+    off: Array = mean_known(np.hypot(apart[..., 0], apart[..., 1])) / seen.sizes
+    return off

@@ -27,9 +27,10 @@ def crops_around(
     around = boxes(points)
     low, high = around[:, :2], around[:, 2:]
     around_sides = _CROP_AROUND * (high - low).max(1)
-    sides = np.clip(around_sides, _LEAST_CROP * sizes, _MOST_CROP * sizes)
+    sides = np.minimum(np.maximum(around_sides, _LEAST_CROP * sizes), _MOST_CROP * sizes)
     middles, frame = (low + high) / 2, np.array([width, height]) - 0.5
-    low = np.clip(middles - sides[:, None] / 2, -0.5, frame)
-    high = np.clip(middles + sides[:, None] / 2, -0.5, frame)
-    sides = np.clip((high - low).max(1), _LEAST_IN_FRAME * sizes, sides)
+    halves = sides[:, None] / 2
+    low = np.minimum(np.maximum(middles - halves, -0.5), frame)
+    high = np.minimum(np.maximum(middles + halves, -0.5), frame)
+    sides = np.minimum(np.maximum((high - low).max(1), _LEAST_IN_FRAME * sizes), sides)
     return ((low + high) / 2).astype(np.float32), sides.astype(np.float32)

@@ -50,8 +50,10 @@ class Detector:
 
 def sureness(people: NDArray[np.float32]) -> NDArray[np.float32]:
     """Return (n,) the mean score of each person's surest keypoints; missing ones score 0."""
-    scores = np.sort(np.nan_to_num(people[..., 2]), axis=1)
-    return scores[:, -_SUREST:].mean(1, dtype=np.float32)
+    scores = people[..., 2]
+    scores = np.sort(np.where(np.isnan(scores), np.float32(0), scores), axis=1)
+    sure: NDArray[np.float32] = scores[:, -_SUREST:].sum(1) / np.float32(_SUREST)
+    return sure
 
 
 def _once(people: NDArray[np.float32], limits: NDArray[np.float64]) -> NDArray[np.intp]:

@@ -34,6 +34,8 @@ class Schedule:
         self._size = (0, 0)
         self._looks: list[Look] = []
         self._gains = np.empty(0)
+        self._low = self._high = np.empty((0, 2), int)
+        self._is_part = np.empty(0, bool)
         self._waited = np.empty(0)
         self._paid_ms = 0.0
 
@@ -77,18 +79,14 @@ class Schedule:
         self._looks = [*whole, *parts]
         gains = [*[_GAIN_NEAR] * (len(whole) - 1), _GAIN_MIDDLE, *[_GAIN_FAR] * len(parts)]
         self._gains = np.array(gains)
+        self._low = np.array([(look.x, look.y) for look in self._looks])
+        self._high = self._low + [(look.width, look.height) for look in self._looks]
+        self._is_part = ((self._high - self._low) != self._size).any(1)
         self._waited = np.zeros(len(self._looks))
         self._paid_ms = 0.0
         return [*whole, far_look(width, height)] if parts else whole
 
     def _peopled(self, people: NDArray[np.float32]) -> NDArray[np.float64]:
         """Return by how much each look gains from where people are."""
-        width, height = self._size
-        return np.array([
-            _GAIN_PEOPLED if (look.width, look.height) != (width, height) and _holds(look, people)
-            else 1.0 for look in self._looks])
-
-
-def _holds(look: Look, people: NDArray[np.float32]) -> bool:
-    inside = (people >= (look.x, look.y)) & (people < (look.x + look.width, look.y + look.height))
-    return bool(inside.all(1).any())
+        inside = (people[:, None] >= self._low) & (people[:, None] < self._high)
+        return np.where(inside.all(2).any(0) & self._is_part, _GAIN_PEOPLED, 1.0)

@@ -53,16 +53,14 @@ class Track:
         """Return where its keypoints are expected (18, 2)."""
         return self.points + self.velocity * np.float32(self.missed_s(stamp_ns))
 
-    def confirm(self, points: Array, stamp_ns: int) -> None:
-        """Take the keypoints (18, 2) that a network has marked now."""
+    def confirm(self, points: Array, size: float, stamp_ns: int) -> None:
+        """Take the keypoints (18, 2) that a network has marked now, and the body's size."""
         elapsed = self.missed_s(stamp_ns)
         expected = self.predicted(stamp_ns)
-        common = np.isfinite(points[:, 0]) & np.isfinite(expected[:, 0])
-        off = np.median((points - expected)[common], axis=0) if common.any() else np.float32(0)
+        off = _median_known(points - expected)
         if elapsed > 0:
             self.velocity = self.velocity + np.float32(_VELOCITY_GAIN / elapsed) * off
         self.points = np.where(np.isnan(points), expected + off, points)
-        size = float(body_sizes(points[None])[0])
         self.size += _SIZE_GAIN * (size - self.size)
         self.stamp_ns = stamp_ns
 
@@ -94,13 +92,10 @@ class Tracker:
         """
         self.advance(stamp_ns)
         points = keypoints[..., :2]
-        ids = np.zeros(len(keypoints), np.int32)
-        for person, track in self.pairs(points, stamp_ns):
-            track.confirm(points[person], stamp_ns)
-            ids[person] = track.track_id
-        for person in np.flatnonzero(ids == 0).tolist():
-            ids[person] = self.start(points[person], stamp_ns).track_id
-        return ids
+        tracks = dict(self.pairs(points, stamp_ns))
+        return np.array([
+            self.follow(tracks.get(person), points[person], float(size), stamp_ns).track_id
+            for person, size in enumerate(body_sizes(points))], np.int32)
 
     def advance(self, stamp_ns: int) -> bool:
         """
@@ -114,11 +109,13 @@ class Tracker:
             track for track in self.tracks if stamp_ns - track.stamp_ns <= self._max_missed_ns]
         return not 0 <= elapsed <= self._max_missed_ns
 
-    def start(self, points: Array, stamp_ns: int) -> Track:
-        """Return a new track at keypoints (18, 2)."""
+    def follow(self, track: Track | None, points: Array, size: float, stamp_ns: int) -> Track:
+        """Return the track of a person who is marked now, a new one where it had none."""
+        if track is not None:
+            track.confirm(points, size, stamp_ns)
+            return track
         track = Track(
-            self._next_id, stamp_ns, points.copy(), float(body_sizes(points[None])[0]),
-            np.zeros(2, np.float32), stamp_ns)
+            self._next_id, stamp_ns, points.copy(), size, np.zeros(2, np.float32), stamp_ns)
         self._next_id += 1
         self.tracks.append(track)
         return track
@@ -155,3 +152,12 @@ class Tracker:
         cost = apart / (np.maximum(larger, 1) * (_GATE + _GATE_A_SECOND * missed))
         factor = larger / np.maximum(np.minimum(sizes[:, None], track_sizes), 1)
         return np.where(factor <= _SIZE_FACTOR, cost, np.inf)
+
+
+def _median_known(points: Array) -> Array:
+    """Return the median x, y (2,) of points (n, 2), leaving out NaN; 0 where there are none."""
+    known = np.sort(points[np.isfinite(points[:, 0])], axis=0)
+    if not len(known):
+        return np.zeros(2, np.float32)
+    middle: Array = (known[(len(known) - 1) // 2] + known[len(known) // 2]) / 2
+    return middle

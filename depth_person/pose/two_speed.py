@@ -5,7 +5,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depth_person.camera.frame import Frame
-from depth_person.pose.bodies import Array, body_sizes, Bools
+from depth_person.pose.bodies import Array, body_sizes, Bools, mean_known
 from depth_person.pose.claims import chosen, is_young, part_marks, refuse_doubles, Seen
 from depth_person.pose.crops import crops_around
 from depth_person.pose.detector import Detector
@@ -25,7 +25,6 @@ _GUESSED, _SURE = 1.5, 2.0
 
 _IS_FACE = np.isin(np.arange(N_KEYPOINTS), [
     Keypoint.NOSE, Keypoint.R_EYE, Keypoint.L_EYE, Keypoint.R_EAR, Keypoint.L_EAR])
-_HIPS = [Keypoint.R_HIP, Keypoint.L_HIP]
 
 
 class TwoSpeed:
@@ -44,7 +43,10 @@ class TwoSpeed:
     ) -> None:
         self._detector, self._refiner, self._schedule = Detector(network), refiner, schedule
         self._tracker = tracker
-        self._min_score, self._max_people = min_score, max_people
+        self._max_people = max_people
+        self._least, self._least_with_hips = (
+            min_score * np.where(_IS_FACE, 1.0, body) for body in (_SURE, _GUESSED))
+        self._least_hip = _SURE * min_score
         self._shape: tuple[int, ...] = ()
         self._before_ns = 0
         self.inference_s = 0.0
@@ -55,16 +57,14 @@ class TwoSpeed:
         seen = self._look(frame)
         height, width = frame.image.shape[:2]
         crops = crops_around(
-            seen.expected, seen.sizes * (1 + seen.strayed(frame.stamp_ns)), width=width,
-            height=height)
+            seen.expected, seen.sizes * (1 + seen.strayed), width=width, height=height)
         marked = self._refiner(frame.image, *crops)
         self.inference_s = self._detector.inference_s + self._refiner.inference_s
         self._blank_guesses(marked)
-        keypoints = chosen(seen, marked, frame.stamp_ns)
-        doubles = refuse_doubles(seen, keypoints, frame.stamp_ns)
-        doubles |= part_marks(seen, keypoints)
-        self._end_young(seen, doubles, frame.stamp_ns)
-        return self._confirm(seen, keypoints, frame.stamp_ns)
+        keypoints = chosen(seen, marked)
+        doubles = refuse_doubles(seen, keypoints) | part_marks(seen, keypoints)
+        self._end_young(seen, doubles)
+        return self._confirm(seen, keypoints)
 
     def recall(
         self, frame: Frame, keypoints: Array, track_ids: NDArray[np.int32],
@@ -77,12 +77,11 @@ class TwoSpeed:
         self._begin(frame)
         self._due_looks(frame)
         tracks = {track.track_id: track for track in self._tracker.tracks}
+        points = keypoints[..., :2]
+        sizes = body_sizes(points)
         for row in np.argsort(track_ids, kind='stable'):  # ids are given in rising order
             track = tracks.get(int(track_ids[row]))
-            if track is None:
-                self._tracker.start(keypoints[row, :, :2], frame.stamp_ns)
-            else:
-                track.confirm(keypoints[row, :, :2], frame.stamp_ns)
+            self._tracker.follow(track, points[row], float(sizes[row]), frame.stamp_ns)
         return keypoints, track_ids
 
     def _begin(self, frame: Frame) -> None:
@@ -100,7 +99,7 @@ class TwoSpeed:
         ).reshape(-1, N_KEYPOINTS, 2)
         lost = any(track.stamp_ns < self._before_ns for track in self._tracker.tracks)
         looks = self._schedule.looks(
-            width, height, np.nanmean(expected, axis=1), lost=lost,
+            width, height, mean_known(expected.swapaxes(1, 2)), lost=lost,
             elapsed_s=(frame.stamp_ns - self._before_ns) * 1e-9)
         self._before_ns = frame.stamp_ns
         return expected, looks
@@ -112,6 +111,8 @@ class TwoSpeed:
         found = self._detector.find(frame.image, looks)
         detected = np.full((len(tracks), N_KEYPOINTS, 3), np.nan, np.float32)
         sizes = np.array([track.size for track in tracks], np.float32)
+        if not len(found):
+            return Seen([*tracks], expected, sizes, detected, frame.stamp_ns)
         place = {track.track_id: index for index, track in enumerate(tracks)}
         new = np.ones(len(found), bool)
         for person, track in self._tracker.pairs(found[..., :2], frame.stamp_ns):
@@ -125,36 +126,33 @@ class TwoSpeed:
             [*tracks, *[None] * len(new_people)],
             np.concatenate([expected, new_people[..., :2]]),
             np.concatenate([sizes, body_sizes(new_people[..., :2])]),
-            np.concatenate([detected, new_people]))
+            np.concatenate([detected, new_people]), frame.stamp_ns)
 
     def _blank_guesses(self, marked: Array) -> None:
         """Blank keypoints on crops that score no more than those that are hidden."""
         scores = marked[..., 2]
-        hips = scores[:, _HIPS].max(1) >= _SURE * self._min_score
-        body = np.where(hips, _GUESSED, _SURE)[:, None]
-        marked[scores < self._min_score * np.where(_IS_FACE, 1.0, body)] = np.nan
+        hips = np.maximum(scores[:, Keypoint.R_HIP], scores[:, Keypoint.L_HIP]) >= self._least_hip
+        least = np.where(hips[:, None], self._least_with_hips, self._least)
+        marked[scores < least] = np.nan
 
-    def _end_young(self, seen: Seen, doubles: Bools, stamp_ns: int) -> None:
+    def _end_young(self, seen: Seen, doubles: Bools) -> None:
         """End the tracks of people who have turned out to be tracked already."""
+        if not doubles.any():
+            return
         ended = {
             track.track_id for track, double in zip(seen.tracks, doubles, strict=True)
-            if double and track is not None and is_young(track, stamp_ns)}
+            if double and track is not None and is_young(track, seen.stamp_ns)}
         self._tracker.tracks = [
             track for track in self._tracker.tracks if track.track_id not in ended]
 
-    def _confirm(
-        self, seen: Seen, keypoints: Array, stamp_ns: int,
-    ) -> tuple[Array, NDArray[np.int32]]:
+    def _confirm(self, seen: Seen, keypoints: Array) -> tuple[Array, NDArray[np.int32]]:
         """Bring the tracks up to date; return those seen, the largest first."""
         rows = np.flatnonzero(np.isfinite(keypoints[..., 2]).sum(1) >= MIN_KEYPOINTS)
-        ids = np.zeros(len(rows), np.int32)
-        sizes = np.zeros(len(rows))
-        for index, row in enumerate(rows):
-            track = seen.tracks[row]
-            if track is None:
-                track = self._tracker.start(keypoints[row, :, :2], stamp_ns)
-            else:
-                track.confirm(keypoints[row, :, :2], stamp_ns)
-            ids[index], sizes[index] = track.track_id, track.size
-        order = np.argsort(-sizes, kind='stable')[:self._max_people]
-        return keypoints[rows[order]], ids[order]
+        points = keypoints[rows, :, :2]
+        tracks = [
+            self._tracker.follow(seen.tracks[row], place, float(size), seen.stamp_ns)
+            for row, place, size in zip(rows, points, body_sizes(points), strict=True)]
+        order = sorted(range(len(tracks)), key=lambda index: -tracks[index].size)
+        order = order[:self._max_people]
+        ids = [tracks[index].track_id for index in order]
+        return keypoints[rows[order]], np.array(ids, np.int32)

@@ -32,11 +32,11 @@ def track(points, *, started_ns=-5_000_000_000):
         1, 0, points, float(body_sizes(points[None])[0]), np.zeros(2, np.float32), started_ns)
 
 
-def seen(expected, *, tracked=True, detected=None, started_ns=-5_000_000_000):
+def seen(expected, *, tracked=True, detected=None, started_ns=-5_000_000_000, stamp_ns=0):
     points = expected[..., :2]
     detected = np.full_like(expected, np.nan) if detected is None else detected
     tracks = [track(each, started_ns=started_ns) if tracked else None for each in points]
-    return Seen(tracks, points, body_sizes(points), detected)
+    return Seen(tracks, points, body_sizes(points), detected, stamp_ns)
 
 
 @pytest.mark.parametrize(('rows', 'least', 'most'), [
@@ -75,7 +75,7 @@ def test_two_are_one_when_near_unless_both_are_known_people(x, known, same):
 
 def test_a_crop_that_marks_the_expected_person_is_believed():
     expected, marked = people((300, 300)), people((304, 301))
-    np.testing.assert_array_equal(chosen(seen(expected), marked, 0), marked)
+    np.testing.assert_array_equal(chosen(seen(expected), marked), marked)
 
 
 @pytest.mark.parametrize('marked', [
@@ -84,13 +84,13 @@ def test_a_crop_that_marks_the_expected_person_is_believed():
     np.full((1, 18, 3), np.nan, np.float32),  # nobody
 ])
 def test_whom_the_crop_does_not_confirm_is_not_given(marked):
-    assert np.isnan(chosen(seen(people((300, 300))), marked, 0)).all()
+    assert np.isnan(chosen(seen(people((300, 300))), marked)).all()
 
 
 def test_a_crop_that_slipped_onto_a_neighbour_gives_way_to_the_detection():
     expected = detected = people((300, 300))
     slipped = people((340, 300))
-    result = chosen(seen(expected, detected=detected), slipped, 0)
+    result = chosen(seen(expected, detected=detected), slipped)
     np.testing.assert_array_equal(result, detected)
 
 
@@ -99,14 +99,14 @@ def test_a_crop_that_slipped_onto_a_neighbour_gives_way_to_the_detection():
 def test_somebody_new_has_to_be_sure_to_both_networks(detection, crop, given):
     new = people((300, 300), score=detection)
     result = chosen(
-        seen(new, tracked=False, detected=new), people((301, 300), score=crop), 0)
+        seen(new, tracked=False, detected=new), people((301, 300), score=crop))
     assert np.isfinite(result).any() == given
 
 
 def test_of_two_crops_on_one_person_the_nearer_to_what_was_expected_stays():
     expected = people((300, 300), (360, 300))
     both = people((302, 300), (303, 300))
-    doubles = refuse_doubles(seen(expected), both, 0)
+    doubles = refuse_doubles(seen(expected), both)
     assert doubles.tolist() == [False, True]
     assert np.isnan(both[1]).all()
     assert np.isfinite(both[0]).all()
@@ -116,8 +116,8 @@ def test_a_person_who_is_tracked_is_not_new():
     expected = people((300, 300), (310, 300))
     given = people((300, 300), (310, 300))
     first = seen(expected)
-    newcomer = Seen([first.tracks[0], None], first.expected, first.sizes, first.detected)
-    assert refuse_doubles(newcomer, given, 0).tolist() == [False, True]
+    newcomer = Seen([first.tracks[0], None], first.expected, first.sizes, first.detected, 0)
+    assert refuse_doubles(newcomer, given).tolist() == [False, True]
 
 
 def test_overlapping_people_keep_their_own_keypoints():
@@ -156,7 +156,7 @@ def test_a_crop_holds_the_body_and_stays_inside_the_frame():
 @pytest.mark.parametrize(('missed_s', 'believed'), [(0.05, False), (0.5, True)])
 def test_who_was_not_seen_for_a_while_may_have_gone_further(missed_s, believed):
     expected, marked = people((300, 300)), people((375, 300))
-    result = chosen(seen(expected), marked, round(missed_s * 1e9))
+    result = chosen(seen(expected, stamp_ns=round(missed_s * 1e9)), marked)
     assert np.isfinite(result).any() == believed
 
 
@@ -167,12 +167,12 @@ def test_who_was_not_seen_for_a_while_may_have_gone_further(missed_s, believed):
     (-42.0, True)])  # as far, where nobody is
 def test_a_crop_that_jumps_onto_somebody_else_is_not_believed(where, stands):
     expected = seen(people((200, 100), (250, 100)))
-    result = chosen(expected, people((200 + where, 100), (250, 100)), 0)
+    result = chosen(expected, people((200 + where, 100), (250, 100)))
     assert np.isfinite(result[..., 2]).any(1).tolist() == [stands, True]
 
 
 def test_a_crop_that_jumps_to_where_somebody_hidden_was_expected_stands():
     marked = people((242, 100), (250, 100))
     marked[1] = np.nan
-    result = chosen(seen(people((200, 100), (250, 100))), marked, 0)
+    result = chosen(seen(people((200, 100), (250, 100))), marked)
     assert np.isfinite(result[..., 2]).any(1).tolist() == [True, False]
