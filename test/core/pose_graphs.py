@@ -83,17 +83,22 @@ def simcc_of_spots(
 def blazepose_of_spots(
     path: Path, *, present: float = 0.9, logit: float = 2.0, threshold: float = 0.5,
 ) -> Path:
-    """Write a BlazePose that marks landmark k at the spot of channel k % 3."""
+    """
+    Write a BlazePose that marks landmark k at the spot of channel k % 3.
+
+    It counts from the outer corner of the first pixel, as the real one.
+    """
     nodes, values = _spots(256, 256, channels_last=True, threshold=threshold)
     nodes += [
-        helper.make_node('Gather', ['at', 'channel'], ['xy'], axis=1),
+        helper.make_node('Add', ['at', 'half'], ['from_corner']),
+        helper.make_node('Gather', ['from_corner', 'channel'], ['xy'], axis=1),
         helper.make_node('Concat', ['xy', 'rest'], ['figures'], axis=2),
         helper.make_node('Reshape', ['figures', 'row'], ['Identity']),
         helper.make_node('Identity', ['flag'], ['Identity_1'])]
     rest = np.tile(np.float32([0, logit, logit + 1]), (1, 39, 1))
     values |= {
         'channel': np.arange(39) % 3, 'rest': rest, 'row': np.int64([1, 195]),
-        'flag': np.float32([[present]])}
+        'flag': np.float32([[present]]), 'half': np.float32([0.5])}
     return _write(
         path, nodes, values, {'Identity': (1, 195), 'Identity_1': (1, 1)},
         shape=(1, 256, 256, 3))
