@@ -46,7 +46,7 @@ class Graph:
     """
 
     def __init__(self, path: Path, *, threads: int = 0, provider: str = 'cpu') -> None:
-        self.path, self._provider = path, provider
+        self.path = path
         self._session = open_session(
             path, threads=threads, provider=provider,
             remedy='the file may be damaged, no ONNX network (a Git LFS pointer?), or made for a '
@@ -98,7 +98,8 @@ class Graph:
                 or 3 not in (image.shape[1], image.shape[3])):
             return []
         shape = batch, *(side if each is None else each for each in image.shape[1:])
-        results = self._run(np.zeros(shape, IMAGE_TYPES[image.type_name]), None)
+        black = np.zeros(shape, IMAGE_TYPES[image.type_name])
+        results = self._session.run(None, {image.name: black})
         return [np.shape(result) for result in results]
 
     def restart(self) -> None:
@@ -112,7 +113,7 @@ class Graph:
         :raises DepthPersonError: when the network cannot be run on it, or gives NaN or infinity.
         """
         start = time.perf_counter()
-        results = self._run(tensor, list(outputs))
+        results = self._session.run(list(outputs), {self.inputs[0].name: tensor})
         self.inference_s += time.perf_counter() - start
         floats = [np.asarray(result, np.float32) for result in results]
         for name, values in zip(outputs, floats, strict=True):
@@ -121,16 +122,6 @@ class Graph:
                     f'the output {name} of {self.path} holds NaN or infinity; the network is '
                     'damaged, or fails at its precision')
         return floats
-
-    def _run(self, tensor: NDArray[Any], outputs: list[str] | None) -> list[Any]:
-        try:
-            results: list[Any] = self._session.run(outputs, {self.inputs[0].name: tensor})
-        except Exception as error:  # its exceptions have no common base class but this
-            hint = '' if self._provider == 'cpu' else '; it may run with provider: cpu'
-            raise DepthPersonError(
-                f'{self.path} does not run on a tensor {tensor.shape} of {tensor.dtype}: '
-                f'{error}{hint}') from error
-        return results
 
 
 def _value(argument: onnxruntime.NodeArg) -> Value:

@@ -1,11 +1,14 @@
 """One way to open a network with ONNX Runtime."""
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 import warnings
 
 import numpy as np
+from numpy.typing import NDArray
 import onnxruntime
 
 from depth_person.errors import DepthPersonError
@@ -26,6 +29,31 @@ _SMALLEST = (
     b'\x08\x08\x12\x00:7\n\x10\n\x01x\x12\x01y"\x08Identity\x12\x01gZ\x0f\n\x01x\x12\n\n\x08'
     b'\x08\x01\x12\x04\n\x02\x08\x01b\x0f\n\x01y\x12\n\n\x08\x08\x01\x12\x04\n\x02\x08\x01B\x04'
     b'\n\x00\x10\r')
+
+
+class Session(onnxruntime.InferenceSession):
+    """
+    A session whose faults at a run are told as all others are.
+
+    :ivar name: of the network, for messages.
+    """
+
+    name = 'the network'
+
+    def run(
+        self, output_names: Sequence[str] | None, input_feed: Mapping[str, NDArray[Any]],
+        run_options: onnxruntime.RunOptions | None = None,
+    ) -> list[Any]:
+        """Return outputs; raise DepthPersonError when the network cannot be run on the inputs."""
+        try:
+            return list(super().run(output_names, input_feed, run_options))
+        except Exception as error:  # its exceptions have no common base class but this
+            given = ', '.join(
+                f'{value.shape} of {value.dtype}' for value in input_feed.values())
+            remedy = '' if self.get_providers()[0] == PROVIDERS['cpu'] else (
+                '; it may run with provider: cpu')
+            raise DepthPersonError(
+                f'{self.name} does not run on a tensor {given}: {error}{remedy}') from error
 
 
 def settle_provider(provider: str, *, fallback: bool) -> tuple[str, str]:
@@ -50,7 +78,7 @@ def settle_provider(provider: str, *, fallback: bool) -> tuple[str, str]:
 def open_session(
     path: Path, *, threads: int = 0, provider: str = 'cpu',
     remedy: str = 'install the model again: depth_person models install',
-) -> onnxruntime.InferenceSession:
+) -> Session:
     """
     Return a session of the network in an ONNX file.
 
@@ -73,6 +101,7 @@ def open_session(
     options.add_session_config_entry('session.intra_op.allow_spinning', '0')
     try:
         session = _session(str(path), options, provider)
+        session.name = str(path)
     except Exception as error:  # its exceptions have no common base class but this
         if provider != 'cpu':
             # Raises when it is the file that is at fault.
@@ -87,7 +116,7 @@ def open_session(
 
 def _session(
     network: str | bytes, options: onnxruntime.SessionOptions, provider: str,
-) -> onnxruntime.InferenceSession:
+) -> Session:
     """Return a session that really has a provider; raise what ONNX Runtime raises."""
     # Left to itself, it goes on without a provider that fails, and only prints that.
     providers: list[str | tuple[str, dict[str, str]]] = [*_with_helpers(provider)]
@@ -95,7 +124,7 @@ def _session(
         # It has threads of its own, and does not ask how many the session may have.
         providers[0] = (
             PROVIDERS[provider], {'num_of_threads': str(options.intra_op_num_threads)})
-    session = onnxruntime.InferenceSession(network, options, providers, enable_fallback=0)
+    session = Session(network, options, providers, enable_fallback=0)
     session.disable_fallback()
     if PROVIDERS[provider] not in session.get_providers():
         raise RuntimeError(f'it left {PROVIDERS[provider]} out')

@@ -165,8 +165,23 @@ def rtmo_of_seen(path):
 
 def test_a_tensor_that_the_network_cannot_take_is_one_error(tmp_path):
     graph = Graph(rtmo_of_spots(tmp_path / 'rtmo.onnx'))
-    with pytest.raises(DepthPersonError, match=r'does not run on a tensor \(1, 3, 8, 8\)'):
+    said = r'rtmo\.onnx does not run on a tensor \(1, 3, 8, 8\)'
+    with pytest.raises(DepthPersonError, match=said) as caught:
         graph.run(np.zeros((1, 3, 8, 8), np.float32), ('dets',))
+    assert 'provider' not in str(caught.value)
+
+
+def test_a_movenet_that_fails_at_a_run_is_one_error(network, monkeypatch):
+    """As of a graphics card whose memory is full."""
+    movenet = open_network(PoseOptions(model=str(network('movenet-lightning'))))
+
+    def fail(*_):
+        raise RuntimeError('out of memory')
+    monkeypatch.setattr(onnxruntime.InferenceSession, 'run', fail)
+    monkeypatch.setattr(runtime.Session, 'get_providers', lambda _: ['CUDAExecutionProvider'])
+    said = r'model\.onnx does not run .*: out of memory; it may run with provider: cpu'
+    with pytest.raises(DepthPersonError, match=said):
+        movenet(np.zeros((480, 640, 3), np.uint8))
 
 
 def test_a_provider_that_is_not_here_falls_back_with_a_warning():
@@ -203,7 +218,7 @@ def test_a_provider_whose_libraries_do_not_load_falls_back_too(provider):
     assert f"libraries of ONNX Runtime's provider '{provider}' do not load" in warning
 
 
-class _Session(onnxruntime.InferenceSession):
+class _Session(runtime.Session):
     """A session of an ONNX Runtime whose provider 'openvino' runs the smallest network only."""
 
     fault: str | None = None
@@ -227,7 +242,7 @@ def fails_on_large(monkeypatch):
     runtime._usable.cache_clear()
     monkeypatch.setattr(onnxruntime, 'get_available_providers', lambda: [
         'OpenVINOExecutionProvider', 'CPUExecutionProvider'])
-    monkeypatch.setattr(onnxruntime, 'InferenceSession', _Session)
+    monkeypatch.setattr(runtime, 'Session', _Session)
     yield
     runtime._usable.cache_clear()
 
