@@ -113,6 +113,12 @@ class Comparison:
                 yield None, other, rows
 
     @property
+    def persons(self) -> NDArray[np.int64]:
+        """Whose row it is: the track id in a, or that in b of who is only there."""
+        id_a, id_b = self.ids
+        return np.where(self.pairs.row_a >= 0, id_a, id_b)
+
+    @property
     def ids(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """The track ids in a and in b; -1 where the person is not there."""
         return (_column(self.a.people.track_id, self.pairs.row_a, _NOBODY),

@@ -4,11 +4,9 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from depth_person.replay.compare import Comparison
-from depth_person.replay.drawing import Axes, Figure, rgb, save_figures
-from depth_person.replay.results import PersonRows
+from depth_person.replay.drawing import at_rows, Figure, legend, rgb, save_figures, strands
 
 
 def draw_comparison(comparison: Comparison, folder: Path) -> list[Path]:
@@ -27,32 +25,26 @@ def _ranges(comparison: Comparison) -> Figure:
     axes = figure.subplots()
     start = _start(comparison)
     pairs = comparison.pairs
-    for id_a, id_b, rows in comparison.tracks():
-        in_a, in_b = pairs.row_a[rows], pairs.row_b[rows]
-        colour = rgb(id_a if id_a is not None else id_b or 0)
-        for letter, results, own, style in (
-                ('A', comparison.a, in_a[in_a >= 0], '-'),
-                ('B', comparison.b, in_b[in_b >= 0], '.')):
-            if not own.size:
-                continue
-            own = np.sort(own)
-            people = results.people.take(own)
-            time = (results.stamps_ns[people.frame] - start).astype(np.float64) * 1e-9
-            _band(axes, time, people, colour)
-            axes.plot(time, people.range, style, color=colour,
-                      label=f'{letter} #{people.track_id[0]}')
+    entries = []
+    for letter, results, rows, style in (
+            ('A', comparison.a, pairs.row_a, '-'), ('B', comparison.b, pairs.row_b, '.')):
+        there = np.flatnonzero(rows >= 0)
+        own, people = rows[there], results.people
+        time = (results.stamps_ns[people.frame] - start).astype(np.float64) * 1e-9
+        for colour, order in strands(comparison.persons[there], time[own]):
+            at = np.where(order >= 0, own[order], -1)
+            shown, distance, sigma = (
+                at_rows(values, at) for values in (time, people.range, people.range_sigma))
+            axes.fill_between(
+                shown, distance - sigma, distance + sigma, color=colour, alpha=0.15, lw=0)
+            axes.plot(shown, distance, style, color=colour)
+        _, firsts = np.unique(comparison.persons[there], return_index=True)
+        entries += [(f'{letter} #{people.track_id[own[first]]}', style,
+                     rgb(int(comparison.persons[there][first]))) for first in np.sort(firsts)]
     axes.set(xlabel='time (s)', ylabel='range (m), bands of one sigma')
     axes.grid(alpha=0.3)
-    if axes.get_legend_handles_labels()[0]:
-        axes.legend(fontsize='small', ncols=2, loc='upper left')
+    legend(axes, entries, ncols=2)
     return figure
-
-
-def _band(
-    axes: Axes, time: NDArray[np.float64], people: PersonRows, colour: tuple[float, float, float],
-) -> None:
-    low, high = people.range - people.range_sigma, people.range + people.range_sigma
-    axes.fill_between(time, low, high, color=colour, alpha=0.15, lw=0)
 
 
 def _changes(comparison: Comparison) -> Figure:
@@ -66,18 +58,19 @@ def _changes(comparison: Comparison) -> Figure:
     stamps, start = comparison.pairs.stamps_ns, _start(comparison)
     for axes, (name, (change, tolerance, signed)) in zip(
             figure.subplots(3, 1, sharex=True), kinds.items(), strict=True):
-        for id_a, id_b, rows in comparison.tracks():
-            both = rows[comparison.pairs.both[rows]]
-            time = (stamps[comparison.pairs.frame[both]] - start) * 1e-9
-            label = f'#{id_a}' + (f' -> #{id_b}' if id_b != id_a else '')
-            if both.size:
-                axes.plot(time, 100 * change[both], '.-', color=rgb(id_a or 0), label=label)
+        both = np.flatnonzero(comparison.pairs.both)
+        time = (stamps[comparison.pairs.frame[both]] - start) * 1e-9
+        for colour, order in strands(comparison.persons[both], time):
+            axes.plot(at_rows(time, order), 100 * at_rows(change[both], order), '.-',
+                      color=colour)
         for edge in (tolerance, -tolerance)[:1 + signed]:
             axes.axhline(100 * edge, color='k', ls='--', lw=0.8)
         axes.set(ylabel=f'change of {name} (%)')
         axes.grid(alpha=0.3)
-        if name == 'range' and axes.get_legend_handles_labels()[0]:
-            axes.legend(fontsize='small', ncols=3, loc='upper left')
+        if name == 'range':
+            legend(axes, [
+                (f'#{own}' + (f' -> #{other}' if other != own else ''), '.-', rgb(own))
+                for own, other in comparison.pairs.renaming.items()], ncols=3)
     axes.set(xlabel='time (s); dashed: the tolerance')
     return figure
 

@@ -1,17 +1,20 @@
 """One self-contained page about a bag of results."""
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections import Counter
+from collections.abc import Iterable
 from dataclasses import dataclass
+from datetime import datetime, timezone
 from html import escape
 from pathlib import Path
-from string import Template
 
 import numpy as np
 
 from depth_person.camera.bag import BagReader
+from depth_person.errors import DepthPersonError
 from depth_person.replay.drawing import as_uri
 from depth_person.replay.report_frames import sample_frames, SampleFrames
+from depth_person.replay.report_page import faults_box, figure, page, paragraphs, picture, table
 from depth_person.replay.report_plots import (
     above_figure,
     errors_figure,
@@ -19,38 +22,15 @@ from depth_person.replay.report_plots import (
     timing_figure,
 )
 from depth_person.replay.results import choose_topic, read_results, Results
-from depth_person.replay.timing import Timing, timing
+from depth_person.replay.timing import GAP, Timing, timing
 from depth_person.replay.truth import read_truth
 from depth_person.replay.truth_errors import truth_errors, TruthErrors
+from depth_person.replay.unfinished import RunRecord
 
-#: Nothing may be loaded from anywhere, and no script may run.
-_POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
-_PAGE = Template("""<!DOCTYPE html>
-<html lang="en">
-<head>
-<meta charset="utf-8">
-<meta http-equiv="Content-Security-Policy" content="$policy">
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<title>$title</title>
-<style>
-body { font: 15px/1.45 sans-serif; margin: 1.5em auto; max-width: 76em; padding: 0 1em;
-       color: #222; background: #fff; }
-h1 { font-size: 1.5em; } h2 { font-size: 1.2em; margin-top: 2em; }
-table { border-collapse: collapse; margin: 0.6em 0; }
-th, td { padding: 0.15em 0.8em; text-align: right; border-bottom: 1px solid #ddd; }
-th:first-child, td:first-child { text-align: left; }
-img { max-width: 100%; height: auto; }
-.frames { display: grid; grid-template-columns: repeat(auto-fill, minmax(34em, 1fr)); gap: 1em; }
-figure { margin: 0; } figcaption { color: #666; }
-.faults { background: #fdecea; padding: 0.6em 1em; }
-</style>
-</head>
-<body>
-<h1>$title</h1>
-$body
-</body>
-</html>
-""")
+#: Earlier stamps are of a clock that began at zero, seconds.
+_EARLIEST_S = 10**9
+#: So many people are listed, those who were there the longest.
+MOST_LISTED = 50
 #: Column heading -> the figure of depth_person.replay.metrics under it, and how it is printed.
 _ERRORS = {
     'n': ('n', '{:d}'), 'found': ('found', '{:.0%}'), 'with range': ('with_range', '{:.0%}'),
@@ -98,29 +78,39 @@ def make_report(
     times = timing(results)
     points = len(results.people)
     body = [
-        _faults(faults), _overview(results, times, pictures, contents),
-        _figure('Range over time', as_uri(ranges_figure(results, known), points=points),
-                'Lines: range, with a band of one sigma. Dots: what each frame says by itself, '
-                'where that was recorded. Rings: predicted, not seen.'),
-        _figure("Bird's-eye view", as_uri(above_figure(results, known), points=points),
-                'Places relative to the camera; lines of one sigma along the view ray.'),
-        _errors(errors), _timing(times), _frames(results, pictures)]
-    return Report(
-        _PAGE.substitute(policy=_POLICY, title=escape(f'People in {path.name}'),
-                         body='\n'.join(filter(None, body))), faults)
+        faults_box('What could not be used', faults), _origin(path, results),
+        _overview(results, times, pictures),
+        figure('Range over time', as_uri(ranges_figure(results, known), points=points),
+               'Lines: range, with a band of one sigma. Dots: what each frame says by itself, '
+               'where that was recorded. Rings: predicted, not seen.'),
+        figure("Bird's-eye view", as_uri(above_figure(results, known), points=points),
+               'Places relative to the camera; lines of one sigma along the view ray.'),
+        _errors(errors), _timing(times), _frames(results, pictures), _topics(contents)]
+    return Report(page(f'People in {path.name}', '\n'.join(filter(None, body))), faults)
 
 
-def _faults(faults: Sequence[str]) -> str:
-    if not faults:
-        return ''
-    items = ''.join(f'<li>{escape(fault)}</li>' for fault in faults)
-    return f'<div class="faults" id="faults"><b>What could not be used</b><ul>{items}</ul></div>'
+def _origin(path: Path, results: Results) -> str:
+    """Say when the bag was recorded, and what `process` noted beside it."""
+    start_s = float(results.stamps_ns[0]) * 1e-9
+    when = (f'{datetime.fromtimestamp(start_s, timezone.utc):%Y-%m-%d %H:%M:%S} UTC'
+            if start_s > _EARLIEST_S else f'stamp {start_s:.3f} s, of a clock without a date')
+    lines = [f'The first frame is of {when}.']
+    try:
+        run = RunRecord.read(path if path.is_dir() else path.parent)
+    except DepthPersonError:  # recorded in flight
+        return paragraphs(lines)
+    network, estimator = (
+        run.settings.get(node, {}).get(name, 'not known')
+        for node, name in (('pose_node', 'model'), ('depth_node', 'estimator')))
+    lines.append(
+        f'Made by depth_person process {run.settings.get("version", "")}, network {network}, '
+        f'estimator {estimator}.')
+    if not run.finished:
+        lines.append('It was stopped before the end of its input.')
+    return paragraphs(lines) + faults_box('What process could not use', run.faults)
 
 
-def _overview(
-    results: Results, times: Timing, pictures: SampleFrames,
-    contents: Iterable[tuple[str, str, int]],
-) -> str:
+def _overview(results: Results, times: Timing, pictures: SampleFrames) -> str:
     people = results.people
     lines = [
         f'{len(results.stamps_ns)} frames in {times.time_s[-1]:.1f} s, '
@@ -128,14 +118,25 @@ def _overview(
         f'{np.isfinite(people.range).sum()} of them with a range.']
     if pictures.images:
         lines.append(f'{pictures.unmeasured} of {pictures.images} images have no result.')
-    rows = [(f'#{track}', *_person(results, track)) for track in results.tracks]
+    times_seen = Counter(people.track_id.tolist())
+    listed = {track for track, _ in times_seen.most_common(MOST_LISTED)}
+    if len(listed) < len(times_seen):
+        lines.append(
+            f'Listed are the {len(listed)} who were there the longest; '
+            f'{len(times_seen) - len(listed)} more were there in at most '
+            f'{min(times_seen[track] for track in listed)} frames.')
+    rows = [(f'#{track}', *_person(results, track))
+            for track in results.tracks if track in listed]
     return (
-        '<h2 id="people">People</h2>' + ''.join(f'<p>{escape(line)}</p>' for line in lines)
-        + _table(('person', 'first s', 'last s', 'frames', 'predicted', 'nearest m',
-                  'furthest m', 'median sigma'), rows)
-        + '<h2 id="topics">Topics of the bag</h2>'
-        + _table(('topic', 'type', 'messages'), [
-            (name, kind, str(count) if count else 'not known') for name, kind, count in contents]))
+        '<h2 id="people">People</h2>' + paragraphs(lines)
+        + table(('person', 'first seen s', 'last seen s', 'frames', 'of them predicted',
+                 'nearest m', 'furthest m', 'median sigma'), rows))
+
+
+def _topics(contents: Iterable[tuple[str, str, int]]) -> str:
+    return '<h2 id="topics">Topics of the bag</h2>' + table(('topic', 'type', 'messages'), [
+        (name, kind, str(count) if count else 'not known') for name, kind, count in contents],
+        kind='texts')
 
 
 def _person(results: Results, track: int) -> tuple[str, ...]:
@@ -161,10 +162,10 @@ def _errors(errors: TruthErrors | None) -> str:
         for name, figures in errors.tables()]
     points = len(errors.results.people)
     return (
-        '<h2 id="errors">Errors</h2>' + _table(('people', *_ERRORS), rows)
+        '<h2 id="errors">Errors</h2>' + table(('people', *_ERRORS), rows)
         + f'<p>Ranges that belong to nobody known: {errors.strangers}. A true normal sigma has '
         '68 % of the errors within one and 95 % within two.</p>'
-        + _picture('Error over time', as_uri(errors_figure(errors), points=points),
+        + picture('Error over time', as_uri(errors_figure(errors), points=points),
                    'Error over time; bands of two of its own sigmas.'))
 
 
@@ -172,42 +173,24 @@ def _timing(times: Timing) -> str:
     rows = []
     if len(times.interval_s):
         rate = 1 / np.median(times.interval_s)
-        rows.append(('rate, by the median distance of stamps', f'{rate:.2f} Hz'))
-        rows.append(('longest distance', f'{1e3 * times.interval_s.max():.0f} ms'))
-        rows.append(('distances above one and a half medians', str(times.gaps)))
+        rows.append(('rate, by the median interval between stamps', f'{rate:.2f} Hz'))
+        rows.append(('longest interval', f'{1e3 * times.interval_s.max():.0f} ms'))
+        rows.append((f'gaps: intervals above {GAP:g} medians', str(times.gaps)))
     if times.latency_s is not None:
         for name, share in (('median', 50), ('95 %', 95), ('99 %', 99), ('largest', 100)):
             value = 1e3 * np.percentile(times.latency_s, share)
             rows.append((f'latency from stamp to recording, {name}', f'{value:.0f} ms'))
     return (
-        '<h2 id="timing">Latency and rate</h2>' + _table(('', ''), rows)
+        '<h2 id="timing">Latency and rate</h2>' + table(('', ''), rows)
         + (f'<p>{escape(times.remark)}</p>' if times.remark else '')
-        + _picture('Latency and rate', as_uri(timing_figure(times), points=len(times.time_s)), ''))
+        + picture('Latency and rate', as_uri(timing_figure(times), points=len(times.time_s)), ''))
 
 
 def _frames(results: Results, pictures: SampleFrames) -> str:
     start = int(results.stamps_ns[0])
     shown = ''.join(
-        _picture('Sample frame', uri, f'{(stamp - start) * 1e-9:.2f} s')
+        picture('Sample frame', uri, f'{(stamp - start) * 1e-9:.2f} s', kind='sample')
         for stamp, uri in sorted(pictures.pictures.items()))
     return ('<h2 id="frames">Sample frames</h2>' + (
         f'<div class="frames">{shown}</div>' if shown
         else f'<p>None: {escape(pictures.remark or "no image has the stamp of a result")}.</p>'))
-
-
-def _figure(title: str, uri: str, caption: str) -> str:
-    name = escape(title.lower().replace(' ', '-').replace("'", ''))
-    return f'<h2 id="{name}">{escape(title)}</h2>' + _picture(title, uri, caption)
-
-
-def _picture(title: str, uri: str, caption: str) -> str:
-    return (f'<figure><img alt="{escape(title)}" src="{uri}">'
-            f'<figcaption>{escape(caption)}</figcaption></figure>')
-
-
-def _table(headings: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    def line(cells: Sequence[str], tag: str) -> str:
-        return '<tr>' + ''.join(f'<{tag}>{escape(cell)}</{tag}>' for cell in cells) + '</tr>'
-
-    head = line(headings, 'th') if any(headings) else ''
-    return f'<table>{head}{"".join(line(row, "td") for row in rows)}</table>'

@@ -1,13 +1,13 @@
 """The drawings of a report."""
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
 
-from depth_person.replay.drawing import Axes, Figure, rgb
-from depth_person.replay.results import PersonRows, Results
+from depth_person.replay.drawing import at_rows, Axes, Figure, legend, rgb, strands
+from depth_person.replay.results import Results
 from depth_person.replay.timing import Timing
 from depth_person.replay.truth_errors import TruthErrors
 
@@ -18,17 +18,21 @@ def ranges_figure(results: Results, truth: Results | None) -> Figure:
     """Draw each person's range over time with a band of one sigma, and what was measured."""
     figure = Figure(figsize=(11, 5), layout='constrained')
     axes = figure.subplots()
-    for track_id, time, people in _tracks(results):
-        colour = rgb(track_id)
-        low, high = people.range - people.range_sigma, people.range + people.range_sigma
-        axes.fill_between(time, low, high, color=colour, alpha=0.2, lw=0)
-        axes.plot(time, people.range, '-', color=colour, lw=1.6, label=f'#{track_id}')
-        axes.plot(time, people.range_measured, '.', color=colour, ms=4, alpha=0.6)
-        axes.plot(time[people.predicted], people.range[people.predicted], 'o', color=colour,
-                  ms=5, mfc='none')
-    _draw_truth(axes, truth, lambda people, time: (time, people.range))
+    people = results.people
+    _draw_truth(axes, truth, lambda known: (known.times_s, known.people.range))
+    for colour, rows in strands(people.track_id, results.times_s):
+        time, distance, sigma = (
+            at_rows(values, rows) for values in (
+                results.times_s, people.range, people.range_sigma))
+        axes.fill_between(
+            time, distance - sigma, distance + sigma, color=colour, alpha=0.2, lw=0)
+        axes.plot(time, distance, '-', color=colour, lw=1.6)
+        axes.plot(
+            time, at_rows(people.range_measured, rows), '.', color=colour, ms=4, alpha=0.6)
+        hidden = at_rows(people.predicted, rows) == 1
+        axes.plot(time[hidden], distance[hidden], 'o', color=colour, ms=5, mfc='none')
     axes.set(xlabel='time (s)', ylabel='range (m)', ylim=(0, None))
-    _finish(axes)
+    _finish(axes, results)
     return figure
 
 
@@ -36,17 +40,20 @@ def above_figure(results: Results, truth: Results | None) -> Figure:
     """Draw the people's places as a bird sees them, with one sigma along the view ray."""
     figure = Figure(figsize=(6.5, 6.5), layout='constrained')
     axes = figure.subplots()
-    for track_id, _, people in _tracks(results):
-        x, z = people.position[:, 0], people.position[:, 2]
-        ends = 1 + np.outer((-1, 1, np.nan), people.range_sigma / people.range)
-        axes.plot((ends * x).T.ravel(), (ends * z).T.ravel(), color=rgb(track_id), alpha=0.25,
+    people = results.people
+    _draw_truth(axes, truth, lambda known: (
+        known.people.position[:, 0], known.people.position[:, 2]))
+    for colour, rows in strands(people.track_id, results.times_s):
+        x, _, z = at_rows(people.position, rows).T
+        share = at_rows(people.range_sigma / people.range, rows)
+        ends = 1 + np.outer((-1, 1, np.nan), share)
+        axes.plot((ends * x).T.ravel(), (ends * z).T.ravel(), color=colour, alpha=0.25,
                   lw=1)  # one line for all, with gaps
-        axes.plot(x, z, '.-', color=rgb(track_id), ms=4, lw=0.8, label=f'#{track_id}')
-    _draw_truth(axes, truth, lambda people, _: (people.position[:, 0], people.position[:, 2]))
+        axes.plot(x, z, '.-', color=colour, ms=4, lw=0.8)
     axes.plot(0, 0, '^', color='k', ms=10)
     axes.annotate('camera', (0, 0), (8, -4), textcoords='offset points', fontsize='small')
     axes.set(xlabel='right (m)', ylabel='forward (m)', aspect='equal', adjustable='datalim')
-    _finish(axes)
+    _finish(axes, results)
     return figure
 
 
@@ -76,39 +83,36 @@ def errors_figure(errors: TruthErrors) -> Figure:
     error = np.full(len(errors.results.people), np.nan)
     rows, found = errors.error()
     error[rows] = found
-    for track_id, time, people in _tracks(errors.results):
-        own = error[errors.results.people.track_id == track_id]
-        axes.fill_between(
-            time, -2 * people.range_sigma, 2 * people.range_sigma, color=rgb(track_id),
-            alpha=0.12, lw=0)
-        axes.plot(time, own, '.-', color=rgb(track_id), lw=0.8, ms=4, label=f'#{track_id}')
+    people = errors.results.people
+    for colour, own in strands(people.track_id, errors.results.times_s):
+        time, sigma = (
+            at_rows(values, own) for values in (errors.results.times_s, people.range_sigma))
+        axes.fill_between(time, -2 * sigma, 2 * sigma, color=colour, alpha=0.12, lw=0)
+        axes.plot(time, at_rows(error, own), '.-', color=colour, lw=0.8, ms=4)
     axes.axhline(0, color='k', lw=0.8)
     axes.set(xlabel='time (s)', ylabel='too far by (m)')
-    _finish(axes)
+    _finish(axes, errors.results)
     return figure
 
 
-def _tracks(results: Results) -> Iterator[tuple[int, _Array, PersonRows]]:
-    """Yield the id, the times and the rows of each track."""
-    for track_id in results.tracks:
-        own = results.people.track_id == track_id
-        yield track_id, results.times_s[own], results.people.take(own)
-
-
 def _draw_truth(
-    axes: Axes, truth: Results | None,
-    place: Callable[[PersonRows, _Array], tuple[_Array, _Array]],
+    axes: Axes, truth: Results | None, place: Callable[[Results], tuple[_Array, _Array]],
 ) -> None:
     """
     Draw a line for each true person.
 
-    :param place: gives what goes right and up, of a person's rows and times.
+    :param place: gives what goes right and up, of every row.
     """
-    for index, (_, time, people) in enumerate(_tracks(truth) if truth else ()):
-        axes.plot(*place(people, time), 'k-', lw=1, label='_' if index else 'truth')
+    if truth is None:
+        return
+    right, up = place(truth)
+    rows = [own for _, own in strands(truth.people.track_id, truth.times_s)]
+    if rows:
+        joined = np.concatenate(rows)
+        axes.plot(
+            at_rows(right, joined), at_rows(up, joined), 'k-', lw=1, zorder=3, label='truth')
 
 
-def _finish(axes: Axes) -> None:
+def _finish(axes: Axes, results: Results) -> None:
     axes.grid(alpha=0.3)
-    if axes.get_legend_handles_labels()[0]:
-        axes.legend(fontsize='small', loc='upper left')
+    legend(axes, [(f'#{track}', '.-', rgb(track)) for track in results.tracks])

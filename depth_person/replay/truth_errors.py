@@ -35,8 +35,9 @@ class TruthErrors:
         if np.isfinite(self.results.people.range_measured).any():
             yield 'all, each frame by itself', figures(
                 [each for each in self._samples(filtered=False) if each.person is not None])
-        for name, group in sorted(summary['by_scenario'].items()):
-            yield f'person {name}', group
+        for name, group in sorted(summary['by_scenario'].items(), key=lambda item: int(item[0])):
+            track = self.pairs.renaming.get(int(name))
+            yield f'true person {name}' + (f', #{track}' if track is not None else ''), group
         for name, group in summary['by_distance'].items():
             yield name, group
 

@@ -13,11 +13,12 @@ from result_bags import START_NS, STEP_NS, write_results
 
 from depth_person.cli import main
 from depth_person.errors import DepthPersonError
-from depth_person.replay import drawing
+from depth_person.replay import drawing, report, report_plots
 from depth_person.replay.report import make_report
 from depth_person.replay.results import read_results
 from depth_person.replay.timing import timing
 from depth_person.replay.truth import read_truth
+from depth_person.replay.unfinished import RunRecord
 
 VOID = {'meta', 'img', 'br'}
 
@@ -137,7 +138,7 @@ def test_the_errors_are_those_of_the_bag(page):
     assert float(everyone['bias m']) == pytest.approx(0.1 * true.mean(), abs=0.006)
     assert everyone['within 1 sigma'] == '0%'
     assert everyone['within 2 sigma'] == f'{(0.1 * true <= 0.6).mean():.0%}'
-    assert page.row('person 5')['n'] == str(FRAMES)
+    assert page.row('true person 5, #1')['n'] == str(FRAMES)
     assert page.row('5-10 m')['n'] == str((true >= 5).sum())
     assert 'Ranges that belong to nobody known: 0' in page.words
 
@@ -148,6 +149,52 @@ def test_the_people_and_the_topics_are_listed(page):
     assert person['nearest m'] == f'{1.1 * np.linalg.norm(true_place(0)):.2f}'
     assert page.row('/image_raw/compressed')['messages'] == str(FRAMES)
     assert f'0 of {FRAMES} images have no result' in page.words
+
+
+def test_when_and_how_the_results_were_made_is_told(tmp_path):
+    bag = write_report_bag(tmp_path / 'bag', images=False)
+    assert 'The first frame is of 2023-11-14 22:13:20 UTC.' in Page(make_report(bag).html).words
+    RunRecord({
+        'version': '1.2', 'pose_node': {'model': 'net'}, 'depth_node': {'estimator': 'shoulder'}},
+        finished=False, faults=['5 frames are <uncalibrated>']).write(bag)
+    made = make_report(bag)
+    words = Page(made.html).words
+    assert 'process 1.2, network net, estimator shoulder.' in words
+    assert 'stopped before the end' in words
+    assert 'What process could not use5 frames are <uncalibrated>' in words
+    assert not made.faults
+
+
+def test_a_clock_without_a_date_is_told_none(tmp_path):
+    bag = write_results(tmp_path / 'bag', [[]], stamps_ns=[12_500_000_000])
+    assert 'stamp 12.500 s, of a clock without a date' in Page(make_report(bag).html).words
+
+
+def test_of_very_many_people_some_are_listed_and_all_are_drawn(tmp_path):
+    places = [(0.1, 0.0, 5.0 + 0.01 * step, 0.3, step // 2) for step in range(301)]
+    bag = write_results(tmp_path / 'bag', [[place] for place in places])
+    page = Page(make_report(bag).html)
+    assert sum(row[0].startswith('#') for row in page.rows) == report.MOST_LISTED
+    assert '101 more were there in at most 2 frames' in page.words
+    figure = report_plots.ranges_figure(read_results(bag), None)
+    axes, = figure.axes
+    assert len(axes.get_legend().get_texts()) == drawing.MOST_NAMES + 1
+    assert len(axes.lines) < 100
+    drawn = np.concatenate([line.get_ydata() for line in axes.lines if line.get_lw() == 1.6])
+    assert np.sort(drawn[np.isfinite(drawn)]) == pytest.approx(
+        np.sort(read_results(bag).people.range))
+
+
+def test_lines_end_between_the_tracks_of_one_colour():
+    found = dict(drawing.strands(np.array([1, 7, 1, 0]), np.array([3.0, 1.0, 2.0, 0.0])))
+    assert found[drawing.rgb(1)].tolist() == [2, 0, -1, 1, -1]
+    assert found[drawing.rgb(0)].tolist() == [3, -1]
+    assert np.isnan(drawing.at_rows(np.array([5]), np.array([0, -1]))).tolist() == [False, True]
+
+
+@pytest.mark.parametrize('track', range(16))
+def test_every_colour_shows_on_white(track):
+    assert np.dot(drawing.rgb(track), (0.3, 0.59, 0.11)) <= 0.6 + 1e-9
 
 
 def test_drawings_of_very_many_points_are_in_pixels(bag, monkeypatch):

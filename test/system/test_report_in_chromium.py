@@ -39,7 +39,7 @@ def browser(page):
 
 
 def test_nothing_but_the_page_is_asked_for(browser, page):
-    assert browser.requests == [page.as_uri()]
+    assert set(browser.requests) == {page.as_uri()}
     assert browser.complaints == []
 
 
@@ -51,6 +51,19 @@ def test_every_picture_is_shown(browser):
 
 def test_nothing_is_wider_than_the_window(browser):
     assert browser.evaluate('document.documentElement.scrollWidth') <= 1200
+
+
+def test_nothing_is_wider_than_a_telephone(browser, page):
+    browser.open(page, width=390)
+    try:
+        assert browser.evaluate('document.documentElement.scrollWidth') <= 390
+        drawing, sample = (browser.evaluate(
+            f'document.querySelector(".{kind} img").clientWidth') for kind in (
+                'drawing', 'sample'))
+        assert drawing > 450  # scrolled, with text that can be read
+        assert sample <= 390
+    finally:
+        browser.open(page)
 
 
 def test_the_errors_stand_in_a_table(browser):
