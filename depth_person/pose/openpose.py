@@ -111,12 +111,16 @@ class OpenPose:
     neck_measured = True
 
     def __init__(self, graph: Graph, heads: Heads, options: PoseOptions) -> None:
-        """Take an open network over; raise DepthPersonError when it takes no images."""
+        """Take an open network over; raise DepthPersonError when it is not fit."""
         # Networks converted from Caffe scale outside, those from TensorFlow in the graph.
         nhwc = graph.inputs[0].shape[-1:] == (3,)
         pixels = Pixels('bgr', 'bytes' if nhwc else 'centred').told(
             order=options.pixel_order, values=options.pixel_values)
         self._tensor = ImageTensor(graph, pixels)
+        sides = slice(2, 4) if heads.channels_first else slice(1, 3)
+        if len({value.shape[sides] for value in graph.outputs if value.name in heads.names}) > 1:
+            raise DepthPersonError(
+                f'{graph.path} {graph}: heat maps and fields should be of one size')
         self._graph, self._heads, self._options = graph, heads, options
 
     @property
@@ -153,8 +157,4 @@ class OpenPose:
             if both[..., -1].mean() > _BACKGROUND > both[..., n_heat - 1].mean():
                 return both[..., -n_heat:], both[..., :-n_heat]
             return both[..., :n_heat], both[..., n_heat:]
-        heat, field = heads
-        if heat.shape[:2] != field.shape[:2]:
-            raise DepthPersonError(
-                f'{self._graph.path} {self._graph}: heat maps and fields should be of one size')
-        return heat, field
+        return heads[0], heads[1]
