@@ -2,12 +2,13 @@
 Measures threads and precisions of the pose networks: time, and with --accuracy what they find.
 
     python test/benchmarks/pose_variants.py FOLDER [--runs 20] [--accuracy] [--every 2]
+        [--provider openvino]
 
 FOLDER holds gt/*.json and images/ as `depth_person evaluate` reads them; its images calibrate
 int8. The network for many people runs at 512x288, the one for a crop on four crops at once. Runs
 of all variants are interleaved, so that other load falls on all alike; ratios are to the variant
-fp32 with as many threads as cores. What is found is measured as pose_accuracy.py does, for one
-pass of the network for many people.
+fp32 with as many threads as cores, on the CPU. A provider adds all precisions on it. What is
+found is measured as pose_accuracy.py does, for one pass of the network for many people.
 """
 from __future__ import annotations
 
@@ -24,7 +25,7 @@ from pose_network import interleaved
 from depth_person.pose.image_tensor import Pixels
 from depth_person.pose.options import PoseOptions
 from depth_person.pose.precision import convert_precision
-from depth_person.pose.runtime import open_session
+from depth_person.pose.runtime import open_session, PROVIDERS
 from depth_person.pose.store import model_path
 
 INPUTS = {'movenet-multipose': (1, 288, 512, 3), 'movenet-thunder': (4, 256, 256, 3)}
@@ -40,12 +41,13 @@ def main() -> None:
     parser.add_argument('--runs', type=int, default=20)
     parser.add_argument('--accuracy', action='store_true')
     parser.add_argument('--every', type=int, default=1, help='take each so many frames')
+    parser.add_argument('--provider', choices=tuple(PROVIDERS)[1:])
     args = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         files = {model: variants(model, args.folder / 'images', Path(folder))
                  for model in INPUTS}
         for model in INPUTS:
-            print_times(model, files[model], args.runs)
+            print_times(model, files[model], args.runs, args.provider)
         if args.accuracy:
             print_accuracy(files['movenet-multipose'], args.folder, args.every)
 
@@ -61,15 +63,20 @@ def variants(model: str, images: Path, folder: Path) -> dict[str, Path]:
     return files
 
 
-def print_times(model: str, files: dict[str, Path], runs: int) -> None:
+def print_times(
+    model: str, files: dict[str, Path], runs: int, provider: str | None,
+) -> None:
     shape = INPUTS[model]
     image = np.random.default_rng(1).integers(0, 255, shape, np.uint8)
 
-    def run(precision: str, threads: int) -> Callable[[], object]:
-        session = open_session(files[precision], threads=threads)
+    def run(precision: str, threads: int, on: str = 'cpu') -> Callable[[], object]:
+        session = open_session(files[precision], threads=threads, provider=on)
         return lambda: session.run(None, {'image': image})
 
-    times = interleaved({name: run(*variant) for name, variant in VARIANTS.items()}, runs)
+    runners = {name: run(*variant) for name, variant in VARIANTS.items()}
+    if provider is not None:
+        runners |= {f'{precision}, {provider}': run(precision, 0, provider) for precision in files}
+    times = interleaved(runners, runs)
     fp32 = np.median(times['fp32'][0])
     print(f'{model} {shape}: median ms, least, CPU ms, ratio')
     for name, (wall, cpu) in times.items():
