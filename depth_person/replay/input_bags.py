@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import heapq
 from pathlib import Path
 from typing import Any
+from zlib import crc32
 
 from depth_person.camera.bag import BagReader, Topic
 from depth_person.closing import Closing
@@ -81,6 +82,13 @@ class InputBags(Closing):
             if found is not None:
                 return found[2]
         return None
+
+    def identity(self, topic: str) -> dict[str, Any]:
+        """Return what tells these bags from others: their messages, and the first of a topic."""
+        first = next((data for reader in self._owners[topic]
+                      for _, _, data in reader.raw_messages([topic])), b'')
+        return {'messages': {name: self.count(name) for name in self.topics},
+                'first_image': crc32(first)}
 
     def decode(self, message: RawMessage) -> Any | None:
         """Return a message decoded; None, and counted, where it cannot be."""

@@ -33,6 +33,7 @@ from depth_person.replay.unfinished import (
 from depth_person.settings.depth import DepthSettings
 from depth_person.settings.files import node_settings
 from depth_person.settings.pose import PoseSettings
+from depth_person.verbs.outputs import spare
 
 #: Exit codes beside 0, everything was used, and 1, nothing could be done.
 _PARTLY, _INTERRUPTED = 3, 130
@@ -72,33 +73,50 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     there = parser.add_mutually_exclusive_group()
     there.add_argument(
         '--resume', action='store_true', help='go on where a run was stopped')
-    there.add_argument('--overwrite', action='store_true', help='begin OUT anew')
+    there.add_argument(
+        '--overwrite', action='store_true', help='begin OUT, which process has written, anew')
     parser.add_argument(
         '--quiet', action='store_true', help='print nothing but what is wrong')
 
 
 def main(args: argparse.Namespace) -> int:
     """Process the bags; return the exit code."""
-    if args.output.resolve() in {path.resolve() for path in args.bags}:
-        raise DepthPersonError(f'{args.output} is one of the bags to read; name another')
+    _check_output(args)
     with InputBags(args.bags) as bags:
         outcome = _process(args, bags)
-    if outcome is None:
-        _say(args, f'{args.output} is finished already')
-        return 0
-    for note in outcome.notes:
+    for note in getattr(outcome, 'notes', ()):
         _say(args, note)
     for fault in outcome.faults:
         print(f'depth_person process: {fault}', file=sys.stderr)
-    _say(args, f'{args.output}: {outcome.frames} frames with {outcome.people} people'
-         + ('' if outcome.finished else '; stopped before the end, go on with --resume'))
+    if isinstance(outcome, RunRecord):
+        _say(args, f'{args.output} is finished already')
+    else:
+        _say(args, f'{args.output}: {outcome.frames} frames with {outcome.people} people'
+             + ('' if outcome.finished else '; stopped before the end, go on with --resume'))
     if not outcome.finished:
         return _INTERRUPTED
     return _PARTLY if outcome.faults else 0
 
 
-def _process(args: argparse.Namespace, bags: InputBags) -> Outcome | None:
-    """Write the bag; None where that has been done before."""
+def _check_output(args: argparse.Namespace) -> None:
+    """Raise DepthPersonError when OUT is taken, or when writing it would cost something else."""
+    out = args.output
+    if not out.name:
+        raise DepthPersonError(f'{out} is no name for a new folder')
+    places = out, out.with_name(f'{out.name}.before')
+    for place in places:
+        spare(args.bags, place)
+    if out.exists() and not (args.resume or args.overwrite):
+        raise DepthPersonError(
+            f'{out} exists already; name another, or --resume or --overwrite what process began')
+    for place in places:
+        if args.overwrite and place.exists() and not (place / 'process.json').exists():
+            raise DepthPersonError(
+                f'{place} is no bag of results; it is not overwritten: it may be a recording')
+
+
+def _process(args: argparse.Namespace, bags: InputBags) -> Outcome | RunRecord:
+    """Write the bag; return the record of the run where that has been done before."""
     job = _job(args, bags)
     pose, depth = _settings(args)
     namespace = f'/{args.namespace.strip("/")}/'.replace('//', '/')
@@ -107,9 +125,9 @@ def _process(args: argparse.Namespace, bags: InputBags) -> Outcome | None:
     settings = {
         'version': __version__, 'pose_node': asdict(pose), 'depth_node': asdict(depth),
         'job': asdict(job), 'namespace': namespace, 'remap': args.remap,
-        'compress': args.compress}
-    if args.resume and _finished(args.output, settings):
-        return None
+        'compress': args.compress, 'input': bags.identity(job.image_topic)}
+    if args.resume and (done := _finished(args.output, settings)):
+        return done
     surroundings = Surroundings(
         bags, depth, namespace=namespace, remaps=dict(_remaps(args.remap)))
     pipeline = Pipeline(pose.pose_options(), depth.distance_options())
@@ -135,16 +153,18 @@ def _run(
             _progress(args, total) as on_frame:
         RunRecord(settings).write(args.output)
         outcome = processor.run(writer, on_frame=on_frame, stopping=stop.is_set)
+        if outcome.finished and not (outcome.frames or outcome.faults):
+            outcome.faults.append('there is no image')
     RunRecord(settings, outcome.finished, outcome.faults).write(args.output)
     return outcome
 
 
-def _finished(path: Path, settings: dict[str, Any]) -> bool:
+def _finished(path: Path, settings: dict[str, Any]) -> RunRecord | None:
     if not path.is_dir():
-        return False
+        return None
     record = RunRecord.read(path)
     record.check(settings, path)
-    return record.finished
+    return record if record.finished else None
 
 
 def _job(args: argparse.Namespace, bags: InputBags) -> Job:

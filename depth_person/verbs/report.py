@@ -5,6 +5,7 @@ import argparse
 from pathlib import Path
 import sys
 
+from depth_person.errors import DepthPersonError
 from depth_person.files import write_text
 from depth_person.verbs.numbers import at_least
 
@@ -34,6 +35,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(args: argparse.Namespace) -> int:
     """Write the page; return 3 when some of the bag could not be used."""
+    _check_output(args.output, args.bag, args.truth)
     from depth_person.replay.report import make_report  # needs matplotlib
     report = make_report(
         args.bag, truth=args.truth, topic=args.topic, image_topic=args.image_topic,
@@ -43,3 +45,14 @@ def main(args: argparse.Namespace) -> int:
     for fault in report.faults:
         print(f'depth_person report: {fault}', file=sys.stderr)
     return 3 if report.faults else 0
+
+
+def _check_output(output: Path, bag: Path, truth: str | None) -> None:
+    """Raise DepthPersonError when the page would replace what is to be read."""
+    target = output.resolve()
+    folder = bag if bag.is_dir() else bag.parent
+    read = {bag, *(path for path in folder.glob('*') if path.suffix != '.html')}
+    if truth is not None:
+        read.add(Path(truth))
+    if target in {path.resolve() for path in read}:
+        raise DepthPersonError(f'{output} is a part of what is read; name another')

@@ -336,6 +336,17 @@ def test_the_command_writes_the_page(bag, tmp_path, capsys):
     assert f'wrote {out}' in capsys.readouterr().out
 
 
+@pytest.mark.parametrize('out', ['bag/bag.mcap', 'bag/metadata.yaml', 'truth.csv', 'bag'])
+def test_the_page_never_replaces_what_is_read(tmp_path, capsys, out):
+    bag = write_report_bag(tmp_path / 'bag', images=False)
+    (tmp_path / 'truth.csv').write_text('time_s,range\n0,3\n')
+    before = {path: path.read_bytes() for path in tmp_path.rglob('*') if path.is_file()}
+    for source in (bag, bag / 'bag.mcap'):
+        assert main(['report', str(source), '--truth', str(tmp_path / 'truth.csv'), '-o',
+                     str(tmp_path / out)]) == 1
+    assert {path: path.read_bytes() for path in tmp_path.rglob('*') if path.is_file()} == before
+
+
 @pytest.mark.parametrize('part', [0.4, 0.99])
 def test_of_a_torn_bag_what_is_left_is_reported_and_the_exit_code_is_3(tmp_path, capsys, part):
     bag = write_report_bag(tmp_path / 'bag')

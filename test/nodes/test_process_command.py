@@ -1,5 +1,6 @@
 """The command process with the networks: the same bytes every time, stopped and gone on with."""
 import hashlib
+import itertools
 from pathlib import Path
 import signal
 import subprocess
@@ -17,6 +18,7 @@ from depth_person.camera.bag import BagReader
 from depth_person.cli import main
 from depth_person.replay.bags import BagWriter, jazzy_types
 from depth_person.replay.clouds import cloud_points
+from depth_person.replay.input_bags import InputBags
 
 String = jazzy_types().types['std_msgs/msg/String']
 WALK = Path(__file__).parents[2] / 'demo/walk'
@@ -51,6 +53,16 @@ def processed(walk):
     out = walk.with_name('processed')
     assert main(['process', str(walk), '-o', str(out), '--quiet']) == 0
     return out
+
+
+def write_images(path, count):
+    """Write a bag of the demo's first images without their CameraInfo; return its path."""
+    topic = '/image_raw/compressed'
+    with BagReader(WALK) as source, BagWriter(path) as writer:
+        writer.add_topic(topic, source.topics[topic].msgtype)
+        for _, time_ns, data in itertools.islice(source.raw_messages([topic]), count):
+            writer.write_raw(topic, time_ns, data)
+    return path
 
 
 def digest(bag):
@@ -161,6 +173,82 @@ def test_overwrite_refuses_what_it_has_not_written(walk, tmp_path, capsys):
 
     assert 'is no bag of results; it is not overwritten' in capsys.readouterr().err
     assert (tmp_path / 'home/thesis.txt').exists()
+
+
+@pytest.mark.parametrize('option', [[], ['--overwrite'], ['--resume']])
+@pytest.mark.parametrize(('read', 'out', 'said'), [
+    ('flight', 'flight', 'is one of the bags'),
+    ('flight', 'flight/results', 'lies within'),
+    ('flight/flight.mcap', 'flight', 'lies within'),
+    ('flight.before', 'flight', 'is one of the bags'),
+    ('flight.before/flight.before.mcap', 'flight', 'lies within'),
+    ('flight', '.', 'is no name for a new folder'),
+])
+def test_nothing_that_is_read_is_written_to(
+        tmp_path, monkeypatch, capsys, option, read, out, said):
+    monkeypatch.chdir(tmp_path)
+    bag = Path(read) if Path(read).suffix != '.mcap' else Path(read).parent
+    with BagWriter(bag) as writer:
+        writer.write('/note', 1, String(data='precious'))
+    before = sorted(path.read_bytes() for path in bag.iterdir())
+
+    assert main(['process', read, '-o', out, *option]) == 1
+
+    assert said in capsys.readouterr().err
+    assert sorted(path.read_bytes() for path in bag.iterdir()) == before
+    assert list(Path().iterdir()) == [bag]
+
+
+@pytest.mark.parametrize('name', ['flight', 'flight.before'])
+def test_overwrite_refuses_a_recording(walk, tmp_path, capsys, name):
+    with BagWriter(tmp_path / name) as writer:
+        writer.write('/note', 1, String(data='precious'))
+
+    assert main(['process', str(walk), '-o', str(tmp_path / 'flight'), '--overwrite']) == 1
+
+    assert 'is no bag of results; it is not overwritten' in capsys.readouterr().err
+    with BagReader(tmp_path / name) as reader:
+        assert len(list(reader.messages())) == 1
+
+
+def test_a_finished_bag_is_not_that_of_another_input(processed, tmp_path, capsys):
+    other = write_images(tmp_path / 'other', 1)
+
+    assert main(['process', str(other), '-o', str(processed), '--resume']) == 1
+
+    assert 'begun with another input.messages./ballast, ' in capsys.readouterr().err
+
+
+def test_bags_are_told_apart_by_their_first_image(tmp_path):
+    found = []
+    for name in ('a', 'b'):
+        with BagWriter(tmp_path / name) as writer:
+            writer.write('/image', 1, String(data=f'{name} stands for an image'))
+        with InputBags([tmp_path / name]) as bags:
+            found.append(bags.identity('/image'))
+    assert found[0]['messages'] == found[1]['messages'] == {'/image': 1}
+    assert found[0]['first_image'] != found[1]['first_image']
+
+
+def test_what_a_finished_run_could_not_use_is_told_again(tmp_path, capsys):
+    arguments = ['process', str(write_images(tmp_path / 'bag', 1)), '-o', str(tmp_path / 'out')]
+    assert main(arguments) == 3
+    first = capsys.readouterr().err
+
+    assert main([*arguments, '--resume']) == 3
+
+    said = capsys.readouterr()
+    assert 'is finished already' in said.out
+    assert '1 frames are uncalibrated' in first
+    assert said.err == first
+
+
+def test_a_topic_without_images_is_told(tmp_path, capsys):
+    bag = write_images(tmp_path / 'bag', 0)
+
+    assert main(['process', str(bag), '-o', str(tmp_path / 'out')]) == 3
+
+    assert 'there is no image' in capsys.readouterr().err
 
 
 def test_other_tools_read_the_results_by_their_embedded_definitions(processed):
