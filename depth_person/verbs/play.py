@@ -53,8 +53,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(args: argparse.Namespace) -> int:
     """Play until the end or Ctrl-C; return the exit code."""
     options = PlayOptions(
-        rate=args.rate, loop=args.loop, clock_hz=args.clock, topics=tuple(args.topics),
-        wait=args.wait)
+        rate=args.rate, loop=args.loop, clock_hz=args.clock, wait=args.wait,
+        topics=tuple('/' + topic.lstrip('/') for topic in args.topics))
     with BagReader(args.bag) as reader, noted_interrupts() as stopping, \
             ros_context(['--ros-args', *args.ros_args]):
         node = Node('bag_player')

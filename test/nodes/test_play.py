@@ -107,7 +107,7 @@ def test_a_loop_starts_over_until_ctrl_c_and_only_asked_topics_are_played(domain
 @pytest.mark.parametrize(('arguments', 'fault'), [
     (['--topics', '/none'], 'has no /none; it has /map'),
     (['--rate', '0'], 'a rate of 0 is not from'),
-    (['--topics', '/wind'], 'nothing in .* can be published: /wind: the type my_msgs/msg/Wind'),
+    (['--topics', 'wind'], 'nothing in .* can be published: /wind: the type my_msgs/msg/Wind'),
 ])
 def test_what_cannot_be_played_is_told(bag, capsys, arguments, fault):
     assert main(['play', str(bag), *arguments]) == 1

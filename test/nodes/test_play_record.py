@@ -1,6 +1,7 @@
 """Topics written into a bag as they come."""
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
+import pytest
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import CameraInfo
 from std_msgs.msg import String
@@ -38,6 +39,25 @@ def test_what_is_published_is_recorded_with_its_profiles_until_ctrl_c(domain, tm
     with (tmp_path / 'bag/bag.mcap').open('rb') as file:
         decoded = make_reader(file, decoder_factories=[DecoderFactory()]).iter_decoded_messages()
         assert len(list(decoded)) == 6
+
+
+@pytest.mark.parametrize('arguments', [
+    ['--topics', '/no such topic'], ['--topics', 'a//b'], ['--topics', '{nothing}'],
+    ['--duration', '0'], ['--duration', 'nan'], ['--duration', '-1']])
+def test_what_means_nothing_is_refused_before_there_is_a_bag(tmp_path, capsys, arguments):
+    with pytest.raises(SystemExit) as caught:
+        main(['record', '-o', str(tmp_path / 'bag'), *arguments])
+
+    assert caught.value.code == 2
+    assert arguments[0] in capsys.readouterr().err
+    assert not (tmp_path / 'bag').exists()
+
+
+def test_wrong_ros_arguments_leave_no_bag_behind(tmp_path, capsys):
+    assert main(['record', '-o', str(tmp_path / 'bag'), '--ros-args', '-r', 'broken']) == 1
+
+    assert 'the ROS arguments cannot be used' in capsys.readouterr().err
+    assert not (tmp_path / 'bag').exists()
 
 
 def test_silence_is_told(tmp_path, capsys):
