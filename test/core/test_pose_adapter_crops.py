@@ -12,6 +12,7 @@ from depth_person.pose.networks import open_network
 from depth_person.pose.options import PoseOptions
 from depth_person.pose.simcc import SimCC
 from depth_person.pose.skeleton import from_coco17, Keypoint
+from depth_person.pose.topdown import TopDown
 from depth_person.pose.warps import crop_matrices, fitted_size, letterbox_matrix, to_raw
 
 
@@ -215,12 +216,73 @@ def test_someone_without_hips_is_cut_out_by_the_box(tmp_path):
     np.testing.assert_allclose(found[Keypoint.NOSE, :2], [600, 300 - 75], atol=0.01)
 
 
-def test_blazepose_drops_whom_it_does_not_see(tmp_path):
+@pytest.mark.parametrize(('score', 'kept'), [(0.3, 0), (0.6, 1)])
+def test_whom_blazepose_does_not_see_is_there_if_the_detector_is_sure(tmp_path, score, kept):
     path = constant(
         tmp_path / 'blaze.onnx', landmarks(128, 128, present=0.3), shape=(1, 256, 256, 3))
-    detector = rtmo_of_spots(tmp_path / 'rtmo.onnx')
-    network = open_network(PoseOptions(model=str(path), detector=str(detector)))
-    assert network(spotted()).shape == (0, 18, 3)
+    detector = rtmo_of(tmp_path / 'rtmo.onnx', [[0, 0, 170, 40, 0.9]], score)
+    found = open_network(PoseOptions(model=str(path), detector=str(detector)))(
+        np.zeros((640, 640, 3), np.uint8))
+    assert len(found) == kept
+    if kept:
+        np.testing.assert_allclose(found[0, Keypoint.R_ANKLE], [160, 20, score], atol=1e-3)
+
+
+class Marker:
+    """Marks people where it is told to, instead of on crops."""
+
+    convention, inference_s = 'coco', 0.0
+
+    def __init__(self, marked, *, neck_measured):
+        self.marked, self.neck_measured = marked, neck_measured
+
+    def __call__(self, image, people):
+        return self.marked.copy()
+
+
+def told(marked, people, *, neck_measured=False):
+    """Return whom a network for crops gives that marks people as told."""
+    def detector(image):
+        return people.copy()
+    detector.inference_s, detector.neck_measured = 0.0, False
+    marker = Marker(marked, neck_measured=neck_measured)
+    return TopDown(detector, marker, PoseOptions())(np.zeros((480, 640, 3), np.uint8))
+
+
+def test_a_computed_neck_makes_no_person_of_two_shoulders():
+    people = people_at((300, 200))
+    people[..., 2] *= 0.4  # the detector is not sure
+    marked = np.full_like(people, np.nan)
+    rows = [Keypoint.R_SHOULDER, Keypoint.L_SHOULDER]
+    marked[:, rows] = people[:, rows]
+    marked[:, Keypoint.NECK] = people[:, rows].mean(1)
+    marked[..., 2] = np.where(np.isfinite(marked[..., 0]), 0.9, np.nan)
+    assert len(told(marked, people)) == 0
+    marked[:, Keypoint.NOSE] = people[:, Keypoint.NOSE]
+    assert len(told(marked, people)) == 1
+
+
+def test_a_neck_that_the_detector_computed_does_not_pass_for_seen():
+    people = people_at((100, 200))
+    people[:, Keypoint.NECK] = people[:, [Keypoint.R_SHOULDER, Keypoint.L_SHOULDER]].mean(1)
+    unseen = np.full_like(people, np.nan)
+    assert np.isfinite(told(unseen, people)[0, Keypoint.NECK]).all()
+    assert np.isnan(told(unseen, people, neck_measured=True)[0, Keypoint.NECK]).all()
+
+
+def test_people_stay_in_the_order_of_the_detector():
+    people = people_at((100, 200), (300, 200), (500, 200))
+    marked = people.copy()
+    marked[1] = np.nan  # as the detector has it
+    np.testing.assert_allclose(told(marked, people), people)
+
+
+def test_somebody_unseen_is_no_double_of_somebody_seen():
+    people = people_at((100, 200), (300, 200))
+    marked = people.copy()
+    marked[0] = np.nan
+    marked[1] = people[0]  # the second crop shows the first person
+    np.testing.assert_allclose(told(marked, people), people[:1])
 
 
 @pytest.mark.parametrize(('angle', 'point', 'expected'), [
