@@ -1,8 +1,10 @@
 """Stages that work at the same time, each in a thread of its own."""
 from __future__ import annotations
 
-from collections.abc import Generator, Iterable
+from collections.abc import Generator, Iterable, Iterator
+from contextlib import contextmanager
 import queue
+import sys
 import threading
 from typing import TypeVar
 
@@ -10,6 +12,8 @@ T = TypeVar('T')
 
 #: How often a thread with nowhere to put its item looks whether it is still wanted.
 _POLL_S = 0.1
+#: How long a stage may go on in the interpreter while another waits for it, seconds.
+_TURN_S = 1e-4
 
 
 class _End:
@@ -40,6 +44,22 @@ def ahead(items: Iterable[T], *, depth: int) -> Generator[T, None, None]:
         thread.join()
     if item.error is not None:
         raise item.error
+
+
+@contextmanager
+def short_turns() -> Iterator[None]:
+    """
+    Let threads leave the interpreter to each other sooner while the block runs.
+
+    A network computes outside of it, on all cores, and comes back for a moment between two parts.
+    It would wait there for up to five milliseconds, cores idle, whenever another stage is at work.
+    """
+    usual = sys.getswitchinterval()
+    sys.setswitchinterval(_TURN_S)
+    try:
+        yield
+    finally:
+        sys.setswitchinterval(usual)
 
 
 def _fill(

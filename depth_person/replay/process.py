@@ -18,7 +18,7 @@ from depth_person.errors import DepthPersonError
 from depth_person.mounting.camera_state import CameraState
 from depth_person.pipeline import Pipeline
 from depth_person.pose.people import People
-from depth_person.replay.ahead import ahead
+from depth_person.replay.ahead import ahead, short_turns
 from depth_person.replay.bags import BagWriter
 from depth_person.replay.input_bags import InputBags
 from depth_person.replay.steps import Step, StepReader
@@ -127,7 +127,7 @@ class Processor:
         :param on_frame: called after each frame.
         :param stopping: asked after each frame whether to leave the rest.
         """
-        with closing(ahead(self._reader.steps(), depth=_DEPTH)) as steps, \
+        with short_turns(), closing(ahead(self._reader.steps(), depth=_DEPTH)) as steps, \
                 closing(ahead(self._find(steps), depth=_DEPTH)) as found:
             return self.write(writer, found, on_frame=on_frame, stopping=stopping)
 

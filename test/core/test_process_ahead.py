@@ -1,12 +1,13 @@
 """A stage that works ahead of who takes its items."""
 from contextlib import closing
 import itertools
+import sys
 import threading
 import time
 
 import pytest
 
-from depth_person.replay.ahead import ahead
+from depth_person.replay.ahead import ahead, short_turns
 
 
 def test_items_come_in_order_and_then_the_end():
@@ -68,3 +69,13 @@ def test_stages_overlap():
     with closing(ahead(meeting(range(20), at=2), depth=3)) as first, \
             closing(ahead(meeting(first, at=1), depth=3)) as second:
         assert list(meeting(second, at=0)) == list(range(20))
+
+
+def test_short_turns_end_with_the_block_whatever_ends_it():
+    usual = sys.getswitchinterval()
+
+    with pytest.raises(RuntimeError, match='torn'), short_turns():
+        assert sys.getswitchinterval() < usual / 10
+        raise RuntimeError('torn')
+
+    assert sys.getswitchinterval() == usual

@@ -1,6 +1,7 @@
 """What process does with bags, whole and faulty, with a network that only looks at brightness."""
 from collections import Counter
 import itertools
+import sys
 import time
 
 from bag_kinds import LATCHED, types_with
@@ -197,6 +198,16 @@ def test_the_written_file_is_the_same_however_long_the_stages_take(tmp_path):
     assert written[0] == written[1] == written[2]
 
 
+def test_stages_take_short_turns_as_long_as_they_run(tmp_path):
+    usual, turns = sys.getswitchinterval(), []
+
+    process(write(tmp_path / 'walk', *walk()), out=tmp_path / 'out',
+            on_frame=lambda: turns.append(sys.getswitchinterval()))
+
+    assert turns
+    assert max(turns) < usual == sys.getswitchinterval()
+
+
 def test_what_was_done_until_a_stop_can_be_read(tmp_path):
     bag = write(tmp_path / 'in', *walk(50))
     frames = itertools.count(1)
@@ -334,6 +345,19 @@ def test_a_bag_that_is_none_does_not_cost_the_others(tmp_path):
     assert 'none.mcap does not begin like an .mcap file' in outcome.faults[0]
     with pytest.raises(DepthPersonError, match='does not begin like'):
         InputBags([tmp_path / 'none.mcap'])
+
+
+@pytest.mark.parametrize(('first', 'second', 'fault'), [
+    ('camera', 'camera', 'is given twice'), ('camera', 'camera/camera.mcap', 'is given twice'),
+    ('camera/../camera', 'camera', 'is given twice'),
+    ('camera/camera.mcap', 'camera', 'is left out: a part of it is given, too')])
+def test_a_bag_that_is_given_twice_is_read_once(tmp_path, first, second, fault):
+    write(tmp_path / 'camera', *walk(2))
+
+    outcome = process(tmp_path / first, tmp_path / second, out=tmp_path / 'out')
+
+    assert outcome.frames == 2
+    assert [fault in each for each in outcome.faults] == [True]
 
 
 def make_bag(path, plugin, mode, records):
