@@ -75,7 +75,8 @@ def chosen(seen: Seen, marked: Array) -> Array:
     detected = seen.detected
     off = _off(seen, points)
     good = enough & (off < _MOST_OFF + seen.strayed) & (sureness(marked) >= _LEAST_SURE)
-    good &= ~_slipped(seen, points, off, good)
+    if len(good) > 1:
+        good &= ~_slipped(seen, points, off, good)
     has_detection = np.isfinite(detected[..., 2]).any(1)
     if not has_detection.any():
         alone: Array = np.where(good[:, None, None], marked, np.float32(np.nan))
@@ -103,8 +104,6 @@ def refuse_doubles(seen: Seen, keypoints: Array) -> Bools:
     """
     points = keypoints[..., :2]
     doubles = np.zeros(len(points), bool)
-    if len(points) < 2:
-        return doubles
     same = same_people(points, seen.sizes, strict=~seen.new)
     if not same.any():
         return doubles
@@ -125,8 +124,6 @@ def part_marks(seen: Seen, keypoints: Array) -> Bools:
 
     Whoever loses many that way is blanked altogether; return who that is (n,).
     """
-    if len(keypoints) < 2:
-        return np.zeros(len(keypoints), bool)
     points = keypoints[..., :2]
     apart = points[:, None] - points[None]
     apart = np.hypot(apart[..., 0], apart[..., 1])

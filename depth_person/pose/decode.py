@@ -124,9 +124,11 @@ def _centres_of_heat(heat: Array, marked: NDArray[np.intp], grid: _Grid) -> NDAr
     near = heat[crop, _KEYPOINTS[:, None], grid.around[marked]] * grid.inside[marked]
     near /= np.maximum(near.sum(2, keepdims=True), _NO_HEAT)
     near = near.reshape(*marked.shape, len(_PEAK_STEPS), len(_PEAK_STEPS))
-    by_row_and_column = np.stack([near.sum(3), near.sum(2)], 2)
+    sums = np.empty((*marked.shape, 2, len(_PEAK_STEPS)), np.float32)
+    near.sum(3, out=sums[:, :, 0])
+    near.sum(2, out=sums[:, :, 1])
     places = grid.cells[marked][..., None] + _PEAK_STEPS
-    return (by_row_and_column * places).sum(3) + 0.5
+    return (sums * places).sum(3) + 0.5
 
 
 def decode_multi(

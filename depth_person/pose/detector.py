@@ -45,7 +45,7 @@ class Detector:
             limit = TRAINED_SIDE * max(look.width, look.height) / look.input_side
             largest.append(np.full(len(keypoints), limit))
         people, limits = np.concatenate(found), np.concatenate(largest)
-        return people[_once(people, limits)] if len(people) else people
+        return people[_once(people, limits)] if len(people) > 1 else people
 
 
 def sureness(people: NDArray[np.float32]) -> NDArray[np.float32]:

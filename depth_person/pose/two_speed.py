@@ -62,8 +62,9 @@ class TwoSpeed:
         self.inference_s = self._detector.inference_s + self._refiner.inference_s
         self._blank_guesses(marked)
         keypoints = chosen(seen, marked)
-        doubles = refuse_doubles(seen, keypoints) | part_marks(seen, keypoints)
-        self._end_young(seen, doubles)
+        if len(keypoints) > 1:
+            doubles = refuse_doubles(seen, keypoints) | part_marks(seen, keypoints)
+            self._end_young(seen, doubles)
         return self._confirm(seen, keypoints)
 
     def recall(
