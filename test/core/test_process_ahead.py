@@ -74,8 +74,10 @@ def test_stages_overlap():
 def test_short_turns_end_with_the_block_whatever_ends_it():
     usual = sys.getswitchinterval()
 
-    with pytest.raises(RuntimeError, match='torn'), short_turns():
+    def stumble():
         assert sys.getswitchinterval() < usual / 10
         raise RuntimeError('torn')
 
+    with pytest.raises(RuntimeError, match='torn'), short_turns():
+        stumble()
     assert sys.getswitchinterval() == usual
