@@ -31,8 +31,8 @@ class InputBags(Closing):
     """
     The messages of one or more bags, in the order of their times of recording.
 
-    A bag that cannot be opened is left out, and so is a topic that an earlier bag has with
-    another type; `faults` names both.
+    A bag that cannot be opened or has been given before is left out, and so is a topic that an
+    earlier bag has with another type; `faults` names them.
 
     :ivar topics: by name.
     :ivar description: the bags' names, for messages.
@@ -45,9 +45,18 @@ class InputBags(Closing):
         self._faults: list[str] = []
         self._readers: list[BagReader] = []
         self._owners: dict[str, list[BagReader]] = {}
+        opened: set[Path] = set()
         for path in paths:
+            place = Path(path).resolve()
+            if opened & {place, place.parent}:
+                self._faults.append(f'{path} is given twice; it is read once')
+                continue
+            if place in {each.parent for each in opened}:
+                self._faults.append(f'{path} is left out: a part of it is given, too')
+                continue
             try:
                 self._readers.append(BagReader(path))
+                opened.add(place)
             except DepthPersonError as error:
                 self._faults.append(str(error))
         if not self._readers:
