@@ -11,7 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depth_person.camera.bag import BagReader
-from depth_person.camera.bag_topics import choose_image_topic, choose_info_topic
+from depth_person.camera.bag_topics import (
+    choose_image_topic,
+    choose_info_topic,
+    COMPRESSED_IMAGE,
+    IMAGE,
+)
 from depth_person.camera.intrinsics import Intrinsics
 from depth_person.camera.message_fields import calibration, picture, stamp_ns
 from depth_person.distance.estimator import Cue, Distances, Reason
@@ -55,12 +60,13 @@ def sample_frames(
     Return pictures of a few frames, evenly over those in which there are people.
 
     :param topic: of the results, which tells that of the keypoints.
-    :param image_topic: None for the only one.
+    :param image_topic: None for the only one, or the only one beside the results.
     """
     frames = SampleFrames()
     try:
         images = choose_image_topic(
-            bag.topics, image_topic, where=f'bag {bag.path}', option='--image-topic')
+            bag.topics, image_topic or _beside(bag, topic), where=f'bag {bag.path}',
+            option='--image-topic')
     except DepthPersonError as error:
         if image_topic is not None:
             raise
@@ -95,6 +101,15 @@ def sample_frames(
     if bag.undecodable[images]:
         frames.faults.append(f'{images}: {bag.undecodable[images]} messages cannot be decoded')
     return frames
+
+
+def _beside(bag: BagReader, topic: str) -> str | None:
+    """Return the only image topic of the namespace in which the results are, if there is one."""
+    namespace = topic.removesuffix(PEOPLE)
+    found = [
+        name for name in bag.topics_of_type(IMAGE, COMPRESSED_IMAGE)
+        if name.removesuffix('/compressed').rpartition('/')[0] + '/' == namespace]
+    return found[0] if len(found) == 1 else None
 
 
 def _choose(results: Results, count: int) -> dict[int, int]:

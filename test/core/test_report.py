@@ -4,16 +4,18 @@ from html.parser import HTMLParser
 import re
 import xml.etree.ElementTree as ET
 
+from bag_messages import compressed, picture
 import cv2
 import numpy as np
 import pytest
 from report_bag import FRAMES, HEIGHT, true_place, WIDTH, write_report_bag
+from result_bags import cloud, people, START_NS, STEP_NS, write_results
 from result_bags import results as made_results
-from result_bags import START_NS, STEP_NS, write_results
 
 from depth_person.cli import main
 from depth_person.errors import DepthPersonError
 from depth_person.replay import drawing, report, report_plots
+from depth_person.replay.bags import BagWriter
 from depth_person.replay.report import make_report
 from depth_person.replay.results import read_results
 from depth_person.replay.timing import timing
@@ -123,9 +125,9 @@ def test_sample_frames_show_the_skeleton_in_the_picture(page):
         cv2.imdecode(np.frombuffer(base64.b64decode(source.partition(',')[2]), np.uint8), 1)
         for source in page.named('src') if source.startswith('data:image/jpeg')]
     assert len(pictures) == 6
-    for picture in pictures:
-        assert picture.shape == (HEIGHT, WIDTH, 3)
-        corner, middle = picture[-50:, :50].std(), picture[60:, 280:420].std()
+    for shown in pictures:
+        assert shown.shape == (HEIGHT, WIDTH, 3)
+        corner, middle = shown[-50:, :50].std(), shown[60:, 280:420].std()
         assert corner < 2 < middle
 
 
@@ -195,6 +197,21 @@ def test_lines_end_between_the_tracks_of_one_colour():
 @pytest.mark.parametrize('track', range(16))
 def test_every_colour_shows_on_white(track):
     assert np.dot(drawing.rgb(track), (0.3, 0.59, 0.11)) <= 0.6 + 1e-9
+
+
+def test_of_several_cameras_the_one_beside_the_results_gives_the_sample_frames(tmp_path):
+    with BagWriter(tmp_path / 'bag') as bag:
+        bag.write('/front/person_depth/people', START_NS, cloud(START_NS, people((0, 0, 4, 1, 1))))
+        for place, grey in (('front', 200), ('rear', 20)):
+            bag.write(f'/{place}/image_raw/compressed', START_NS, compressed(
+                START_NS, picture(grey)))
+        bag.write('/front/person_depth/image/compressed', START_NS, compressed(
+            START_NS, picture(90)))
+    shown = [source for source in Page(make_report(tmp_path / 'bag').html).named('src')
+             if source.startswith('data:image/jpeg')]
+    assert len(shown) == 1
+    data = np.frombuffer(base64.b64decode(shown[0].partition(',')[2]), np.uint8)
+    assert np.median(cv2.imdecode(data, 1)) == pytest.approx(200, abs=2)
 
 
 def test_drawings_of_very_many_points_are_in_pixels(bag, monkeypatch):
