@@ -79,11 +79,11 @@ def sample_frames(
     measured = set(results.stamps_ns.tolist())
     intrinsics: Intrinsics | None = None
     undecodable = 0
-    for name, _, message in bag.messages([images, *filter(None, [infos])]):
+    for name, time_ns, message in bag.messages([images, *filter(None, [infos])]):
         if name == infos:
             intrinsics = _calibration(message)
             continue
-        stamp = stamp_ns(message.header)
+        stamp = stamp_ns(message.header) or time_ns  # as process does
         frames.images += 1
         frames.unmeasured += stamp not in measured
         if stamp not in wanted or stamp in frames.pictures:

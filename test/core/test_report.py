@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 import pytest
 from report_bag import FRAMES, HEIGHT, true_place, WIDTH, write_report_bag
-from result_bags import cloud, people, START_NS, STEP_NS, write_results
+from result_bags import cloud, people, START_NS, STEP_NS, TOPIC, write_results
 from result_bags import results as made_results
 
 from depth_person.cli import main
@@ -212,6 +212,15 @@ def test_of_several_cameras_the_one_beside_the_results_gives_the_sample_frames(t
     assert len(shown) == 1
     data = np.frombuffer(base64.b64decode(shown[0].partition(',')[2]), np.uint8)
     assert np.median(cv2.imdecode(data, 1)) == pytest.approx(200, abs=2)
+
+
+def test_an_image_without_a_stamp_is_found_by_its_time_of_recording(tmp_path):
+    with BagWriter(tmp_path / 'bag') as bag:
+        bag.write('/image_raw/compressed', START_NS, compressed(0, picture(200)))
+        bag.write(TOPIC, START_NS, cloud(START_NS, people((0, 0, 4, 1, 1))))
+    page = Page(make_report(tmp_path / 'bag').html)
+    assert '0 of 1 images have no result' in page.words
+    assert len([each for each in page.named('src') if each.startswith('data:image/jpeg')]) == 1
 
 
 def test_drawings_of_very_many_points_are_in_pixels(bag, monkeypatch):
