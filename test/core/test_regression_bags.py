@@ -174,6 +174,15 @@ def test_updating_shows_what_moved_and_keeps_it(tmp_path, capsys):
     assert len(golden.read_text().splitlines()) == len(text.splitlines())
 
 
+def test_a_case_without_golden_values_is_not_the_same(tmp_path, capsys):
+    with golden_folder(tmp_path):
+        assert not update.update('drone', check=True)
+        assert 'has no golden values yet' in capsys.readouterr().out
+        assert list(tmp_path.iterdir()) == []
+        assert update.update('drone', check=False)
+        assert update.update('drone', check=True)
+
+
 @pytest.fixture
 def sequence(tmp_path):
     """Return a sequence of six frames in which three white squares are on a grey ground."""

@@ -5,7 +5,7 @@ Replays the regression bags and shows what moved; then makes that the golden val
     python test/regression/update.py [--check] [NAME ...]
 
 With --check nothing is written. The tolerances are those of regression_cases.py. Exit code 1
-when something moved beyond them.
+when something moved beyond them, or, with --check, has no golden values.
 """
 from __future__ import annotations
 
@@ -33,7 +33,8 @@ def update(name: str, *, check: bool) -> bool:
         if golden.exists():
             code = depth_person(['compare', str(golden), str(path)])
         else:
-            print('is new')
+            print('has no golden values yet')
+            code = int(check)
         if not check:
             golden.parent.mkdir(exist_ok=True)
             golden.write_text(path.read_text(encoding='utf-8'), encoding='utf-8')
