@@ -43,7 +43,7 @@ def _ranges(comparison: Comparison) -> Figure:
                      rgb(int(comparison.persons[there][first]))) for first in np.sort(firsts)]
     axes.set(xlabel='time (s)', ylabel='range (m), bands of one sigma')
     axes.grid(alpha=0.3)
-    legend(axes, entries, ncols=2)
+    legend(axes, entries)
     return figure
 
 
@@ -70,7 +70,7 @@ def _changes(comparison: Comparison) -> Figure:
         if name == 'range':
             legend(axes, [
                 (f'#{own}' + (f' -> #{other}' if other != own else ''), '.-', rgb(own))
-                for own, other in comparison.pairs.renaming.items()], ncols=3)
+                for own, other in comparison.pairs.renaming.items()])
     axes.set(xlabel='time (s); dashed: the tolerance')
     return figure
 

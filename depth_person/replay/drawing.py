@@ -69,15 +69,20 @@ def at_rows(values: NDArray[Any], rows: NDArray[np.intp]) -> NDArray[np.float64]
         (rows >= 0).reshape(-1, *(1,) * (values.ndim - 1)), values[rows], np.nan)
 
 
-def legend(axes: Axes, entries: Sequence[Entry], *, ncols: int = 1) -> None:
-    """Add a legend that names these, if there are any, beside what has a label; of many, some."""
+def legend(axes: Axes, entries: Sequence[Entry], *, ncols: int = 9) -> None:
+    """
+    Add a legend of these and of what has a label, above the axes, where it hides nothing.
+
+    Of very many it names some, and says how many more there are.
+    """
     if len(entries) > MOST_NAMES:
         more: Entry = (f'and {len(entries) - MOST_NAMES} more', ' ', (0, 0, 0))
         entries = [*entries[:MOST_NAMES], more]
     for name, style, colour in entries:
         axes.plot([], [], style, color=colour, label=name)
     if axes.get_legend_handles_labels()[0]:
-        axes.legend(fontsize='small', ncols=ncols, loc='upper left')
+        axes.legend(
+            fontsize='small', ncols=ncols, loc='lower left', bbox_to_anchor=(0, 1), frameon=False)
 
 
 def as_uri(figure: Figure, *, points: int = 0) -> str:

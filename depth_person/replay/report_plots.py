@@ -53,7 +53,7 @@ def above_figure(results: Results, truth: Results | None) -> Figure:
     axes.plot(0, 0, '^', color='k', ms=10)
     axes.annotate('camera', (0, 0), (8, -4), textcoords='offset points', fontsize='small')
     axes.set(xlabel='right (m)', ylabel='forward (m)', aspect='equal', adjustable='datalim')
-    _finish(axes, results)
+    _finish(axes, results, ncols=5)
     return figure
 
 
@@ -113,6 +113,6 @@ def _draw_truth(
             at_rows(right, joined), at_rows(up, joined), 'k-', lw=1, zorder=3, label='truth')
 
 
-def _finish(axes: Axes, results: Results) -> None:
+def _finish(axes: Axes, results: Results, *, ncols: int = 9) -> None:
     axes.grid(alpha=0.3)
-    legend(axes, [(f'#{track}', '.-', rgb(track)) for track in results.tracks])
+    legend(axes, [(f'#{track}', '.-', rgb(track)) for track in results.tracks], ncols=ncols)
