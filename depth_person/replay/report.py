@@ -13,6 +13,7 @@ import numpy as np
 from depth_person.camera.bag import BagReader
 from depth_person.errors import DepthPersonError
 from depth_person.replay.drawing import as_uri
+from depth_person.replay.record import Record
 from depth_person.replay.report_frames import sample_frames, SampleFrames
 from depth_person.replay.report_page import faults_box, figure, page, paragraphs, picture, table
 from depth_person.replay.report_plots import (
@@ -97,17 +98,17 @@ def _origin(path: Path, results: Results) -> str:
     lines = [f'The first frame is of {when}.']
     try:
         run = RunRecord.read(path if path.is_dir() else path.parent)
+        settings = Record(run.settings)
+        lines.append(
+            f'Made by depth_person process {settings.text("version")}, '
+            f'network {settings.child("pose_node").text("model")}, '
+            f'estimator {settings.child("depth_node").text("estimator")}.')
     except DepthPersonError:  # recorded in flight
         return paragraphs(lines)
-    network, estimator = (
-        run.settings.get(node, {}).get(name, 'not known')
-        for node, name in (('pose_node', 'model'), ('depth_node', 'estimator')))
-    lines.append(
-        f'Made by depth_person process {run.settings.get("version", "")}, network {network}, '
-        f'estimator {estimator}.')
     if not run.finished:
         lines.append('It was stopped before the end of its input.')
-    return paragraphs(lines) + faults_box('What process could not use', run.faults)
+    faults = [str(fault) for fault in run.faults] if isinstance(run.faults, list) else []
+    return paragraphs(lines) + faults_box('What process could not use', faults)
 
 
 def _overview(results: Results, times: Timing, pictures: SampleFrames) -> str:

@@ -3,13 +3,17 @@ from __future__ import annotations
 
 import argparse
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 import sys
+import threading
 import time
 
+from rclpy.exceptions import InvalidTopicNameException
 from rclpy.node import Node
 
 from depth_person.camera.bag import BagReader
+from depth_person.errors import DepthPersonError
 from depth_person.interrupts import noted_interrupts
 from depth_person.nodes.bag_player import BagPlayer, PlayOptions
 from depth_person.nodes.spin import ros_context
@@ -53,13 +57,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(args: argparse.Namespace) -> int:
     """Play until the end or Ctrl-C; return the exit code."""
     options = PlayOptions(
-        rate=args.rate, loop=args.loop, clock_hz=args.clock, wait=args.wait,
-        topics=tuple('/' + topic.lstrip('/') for topic in args.topics))
+        rate=args.rate, loop=args.loop, clock_hz=args.clock, topics=tuple(args.topics),
+        wait=args.wait)
     with BagReader(args.bag) as reader, noted_interrupts() as stopping, \
             ros_context(['--ros-args', *args.ros_args]):
         node = Node('bag_player')
         try:
-            player = BagPlayer(node, reader, options, stopping)
+            player = _player(node, reader, options, stopping)
             print(f'playing {args.bag}', flush=True)
             _play(player)
             wait_for_delivery(node.publishers, timeout_s=_FAREWELL_S)
@@ -72,6 +76,19 @@ def main(args: argparse.Namespace) -> int:
     for fault in faults:
         print(f'depth_person play: {fault}', file=sys.stderr)
     return _PARTLY if faults else 0
+
+
+def _player(
+    node: Node, reader: BagReader, options: PlayOptions, stopping: threading.Event,
+) -> BagPlayer:
+    known = reader.topics
+    topics = tuple(
+        name if name in known else '/' + name.lstrip('/') for name in options.topics)
+    try:
+        return BagPlayer(node, reader, replace(options, topics=topics), stopping)
+    except InvalidTopicNameException as error:  # not all bags were recorded by ROS
+        said = ' '.join(str(error).split()).rstrip('^ ')
+        raise DepthPersonError(f'{reader.path}: {said}; choose others by --topics') from error
 
 
 def _play(player: BagPlayer) -> None:

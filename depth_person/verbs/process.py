@@ -9,6 +9,8 @@ from pathlib import Path
 import sys
 from typing import Any
 
+from rclpy.exceptions import InvalidNamespaceException
+from rclpy.validate_namespace import validate_namespace
 from tqdm import tqdm
 from tqdm.contrib.logging import logging_redirect_tqdm
 
@@ -58,7 +60,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         '--estimator', choices=ESTIMATORS, help='how a range is computed')
     parser.add_argument('--model', metavar='NAME', help='pose network')
     parser.add_argument(
-        '--namespace', default='/', metavar='NS',
+        '--namespace', default='/', type=_namespace, metavar='NS',
         help='of the nodes: where results and inputs are, and which sections of the parameter '
              'file fit')
     parser.add_argument('--image-topic', metavar='TOPIC', help='where there are several')
@@ -183,6 +185,16 @@ def _settings(args: argparse.Namespace) -> tuple[PoseSettings, DepthSettings]:
         'depth_node', DepthSettings, file=args.params, namespace=args.namespace,
         overrides={'estimator': args.estimator} if args.estimator else {})
     return pose, depth
+
+
+def _namespace(name: str) -> str:
+    """Return a namespace with a slash at its begin, as a type for argparse."""
+    namespace = '/' + name.strip('/')
+    try:
+        validate_namespace(namespace)
+    except InvalidNamespaceException as error:
+        raise argparse.ArgumentTypeError(str(error).partition('\n')[0]) from error
+    return namespace
 
 
 def _remaps(pairs: list[str]) -> Iterator[tuple[str, str]]:

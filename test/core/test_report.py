@@ -167,6 +167,16 @@ def test_when_and_how_the_results_were_made_is_told(tmp_path):
     assert not made.faults
 
 
+@pytest.mark.parametrize('text', [
+    '{"settings": []}', '{"settings": {"version": "1", "pose_node": 3}}', '[]', '{"settings": 1}',
+    '{"settings": {"version": "1", "pose_node": {"model": "a"}, "depth_node": {"estimator": "b"}},'
+    ' "faults": 7}'])
+def test_a_record_of_the_run_that_is_none_does_no_harm(tmp_path, text):
+    bag = write_results(tmp_path / 'bag', [[]])
+    (bag / 'process.json').write_text(text)
+    assert 'The first frame is of' in Page(make_report(bag).html).words
+
+
 def test_a_clock_without_a_date_is_told_none(tmp_path):
     bag = write_results(tmp_path / 'bag', [[]], stamps_ns=[12_500_000_000])
     assert 'stamp 12.500 s, of a clock without a date' in Page(make_report(bag).html).words

@@ -115,6 +115,18 @@ def test_what_cannot_be_played_is_told(bag, capsys, arguments, fault):
     assert re.search(fault, capsys.readouterr().err)
 
 
+def test_a_name_that_is_none_of_ros_is_told(tmp_path, capsys):
+    text = types_with('my_msgs/msg/Wind', 'float64 value').types['std_msgs/msg/String']
+    with BagWriter(tmp_path / 'bag') as writer:
+        writer.write('/front camera', START, text(data='of another recorder'))
+        writer.write('/note', START, text(data='of ROS'))
+
+    assert main(['play', str(tmp_path / 'bag')]) == 1
+    assert re.search(
+        "must not contain .*'/front camera'; choose others by --topics", capsys.readouterr().err)
+    assert main(['play', str(tmp_path / 'bag'), '--topics', 'note']) == 0
+
+
 LIVE = """
 /**:
   ros__parameters:

@@ -297,6 +297,14 @@ def test_wrong_options_are_told_before_anything_is_written(
     assert not (tmp_path / 'out').exists()
 
 
+@pytest.mark.parametrize('namespace', ['a b', '1st', 'a//b'])
+def test_a_namespace_that_ros_does_not_know_is_refused(walk, tmp_path, capsys, namespace):
+    with pytest.raises(SystemExit) as caught:
+        main(['process', str(walk), '-o', str(tmp_path / 'out'), '--namespace', namespace])
+    assert caught.value.code == 2
+    assert 'argument --namespace: Invalid namespace' in capsys.readouterr().err
+
+
 def test_a_parameter_file_and_a_namespace_are_obeyed(walk, tmp_path):
     params = tmp_path / 'params.yaml'
     params.write_text(
