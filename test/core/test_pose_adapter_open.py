@@ -258,6 +258,16 @@ def test_a_network_that_the_provider_cannot_run_is_refused(tmp_path, monkeypatch
 
 
 @pytest.mark.usefixtures('fails_on_large')
+def test_a_provider_that_loads_but_does_not_run_falls_back_too(monkeypatch):
+    def fail(*_):
+        raise DepthPersonError('no kernel image for this device')
+    monkeypatch.setattr(_Session, 'run', fail)
+    options, warning = settled(PoseOptions(provider='openvino'))
+    assert options.provider == 'cpu'
+    assert 'do not load or run here' in warning
+
+
+@pytest.mark.usefixtures('fails_on_large')
 def test_openvino_is_told_how_many_threads_it_may_have(tmp_path, monkeypatch):
     monkeypatch.setattr(_Session, 'asked', [])
     with pytest.raises(DepthPersonError):
