@@ -67,7 +67,10 @@ def fetch_package(
             process.wait()
     archives = list(folder.glob('*.tgz'))
     if process.returncode != 0 or len(archives) != 1:
-        said = log.read_text(errors='replace').strip()[-2000:]
+        # npm's own log is gone with the folder when somebody looks for it.
+        said = '\n'.join(
+            line for line in log.read_text(errors='replace').splitlines()
+            if 'complete log of this run' not in line).strip()[-2000:]
         raise DepthPersonError(
             f'npm could not get {package} (exit code {process.returncode}); it said:\n{said}\n'
             'Check the network and the settings of npm, or give the package with --from FILE.tgz')

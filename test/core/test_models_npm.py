@@ -43,7 +43,8 @@ def test_the_archive_that_npm_packs_is_returned(fake_npm, folder, capfd):
 
 
 def test_what_npm_says_when_it_fails_is_passed_on(fake_npm, folder):
-    fake_npm('echo "npm error network unreachable" >&2; exit 7')
+    fake_npm('echo "npm error network unreachable" >&2; '
+             'echo "npm error A complete log of this run can be found in: gone" >&2; exit 7')
     with pytest.raises(DepthPersonError, match=r'code 7\).*\n.*network unreachable\n.*--from'):
         fetch_package('some@1.0', folder, size=3000)
 
