@@ -76,10 +76,13 @@ def make_report(
             bag, results, topic=choose_topic(bag, topic), count=frames, image_topic=image_topic)
         contents = [(each.name, each.msgtype, each.count) for each in bag.topics.values()]
     faults = (*results.faults, *pictures.faults, *(known.faults if known else ()))
-    times = timing(results)
+    run = _run_record(path)
+    # What nodes find is recorded after its image; what process finds, at the image's time.
+    times = timing(results, offline=run is not None or (
+        0 < pictures.simultaneous == pictures.images - pictures.unmeasured))
     points = len(results.people)
     body = [
-        faults_box('What could not be used', faults), _origin(path, results),
+        faults_box('What could not be used', faults), _origin(results, run),
         _overview(results, times, pictures),
         figure('Range over time', as_uri(ranges_figure(results, known), points=points),
                'Lines: range, with a band of one sigma. Dots: what each frame says by itself, '
@@ -90,21 +93,30 @@ def make_report(
     return Report(page(f'People in {path.name}', '\n'.join(filter(None, body))), faults)
 
 
-def _origin(path: Path, results: Results) -> str:
+def _run_record(path: Path) -> RunRecord | None:
+    """Return what `process` noted beside a bag; None of one that was recorded in flight."""
+    try:
+        return RunRecord.read(path if path.is_dir() else path.parent)
+    except DepthPersonError:
+        return None
+
+
+def _origin(results: Results, run: RunRecord | None) -> str:
     """Say when the bag was recorded, and what `process` noted beside it."""
     start_s = float(results.stamps_ns[0]) * 1e-9
     when = (f'{datetime.fromtimestamp(start_s, timezone.utc):%Y-%m-%d %H:%M:%S} UTC'
             if start_s > _EARLIEST_S else f'stamp {start_s:.3f} s, of a clock without a date')
     lines = [f'The first frame is of {when}.']
+    if run is None:
+        return paragraphs(lines)
     try:
-        run = RunRecord.read(path if path.is_dir() else path.parent)
         settings = Record(run.settings)
         lines.append(
             f'Made by depth_person process {settings.text("version")}, '
             f'network {settings.child("pose_node").text("model")}, '
             f'estimator {settings.child("depth_node").text("estimator")}.')
-    except DepthPersonError:  # recorded in flight
-        return paragraphs(lines)
+    except DepthPersonError:
+        lines.append('Made by depth_person process, which has left no record that can be read.')
     if not run.finished:
         lines.append('It was stopped before the end of its input.')
     faults = [str(fault) for fault in run.faults] if isinstance(run.faults, list) else []

@@ -42,6 +42,7 @@ class SampleFrames:
     :ivar pictures: JPEG data URI by stamp (ns).
     :ivar images: how many images the topic has.
     :ivar unmeasured: how many of them have no result.
+    :ivar simultaneous: how many have one that was recorded in the very same nanosecond.
     :ivar faults: what could not be used.
     :ivar remark: why there are no pictures; empty where there are.
     """
@@ -49,6 +50,7 @@ class SampleFrames:
     pictures: dict[int, str] = field(default_factory=dict)
     images: int = 0
     unmeasured: int = 0
+    simultaneous: int = 0
     faults: list[str] = field(default_factory=list)
     remark: str = ''
 
@@ -76,7 +78,8 @@ def sample_frames(
     infos = choose_info_topic(
         bag.topics, None, image_topic=images, where=f'bag {bag.path}')
     keypoints = _keypoints(bag, topic.removesuffix(PEOPLE) + 'person_keypoints', wanted)
-    measured = set(results.stamps_ns.tolist())
+    recorded = dict(zip(
+        results.stamps_ns.tolist(), results.recorded_ns.tolist(), strict=True))
     intrinsics: Intrinsics | None = None
     undecodable = 0
     for name, time_ns, message in bag.messages([images, *filter(None, [infos])]):
@@ -85,7 +88,8 @@ def sample_frames(
             continue
         stamp = stamp_ns(message.header) or time_ns  # as process does
         frames.images += 1
-        frames.unmeasured += stamp not in measured
+        frames.unmeasured += stamp not in recorded
+        frames.simultaneous += recorded.get(stamp) == time_ns
         if stamp not in wanted or stamp in frames.pictures:
             continue
         try:

@@ -40,13 +40,17 @@ class Timing:
         return int((self.interval_s > GAP * np.median(self.interval_s)).sum())
 
 
-def timing(results: Results) -> Timing:
-    """Return when results came; the latency where stamps and recording are of one clock."""
+def timing(results: Results, *, offline: bool = False) -> Timing:
+    """
+    Return when results came; the latency where stamps and recording are of one clock.
+
+    :param offline: whether the results are known to have been made after the recording.
+    """
     time_s = (results.stamps_ns - results.stamps_ns[0]).astype(np.float64) * 1e-9
     latency = (results.recorded_ns - results.stamps_ns).astype(np.float64) * 1e-9
     remark = ''
-    if not latency.any():
-        remark = ('The results bear the stamps of their images as times of recording: they were '
+    if offline or not latency.any():
+        remark = ('The results bear the times of their images as times of recording: they were '
                   'made offline, where a latency means nothing.')
     elif np.median(latency) < 0 or np.median(latency) > SAME_CLOCK_S:
         remark = (f'Stamps lie {np.median(latency):.3g} s before the times of recording (median): '

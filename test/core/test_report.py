@@ -269,6 +269,23 @@ def test_latency_is_told_only_where_stamps_and_recording_share_a_clock(
         assert not found.remark
 
 
+@pytest.mark.parametrize(('later_ns', 'record', 'known'), [
+    (0, False, False), (1, False, True), (1, True, False)])
+def test_results_of_process_have_no_latency_although_their_images_were_recorded_late(
+        tmp_path, later_ns, record, known):
+    """A flight's images reach the recorder after their stamps, and process keeps that time."""
+    with BagWriter(tmp_path / 'bag') as bag:
+        for stamp in range(START_NS, START_NS + 5 * STEP_NS, STEP_NS):
+            arrived = stamp + 40_000_000
+            bag.write('/image_raw/compressed', arrived, compressed(stamp, picture(9)))
+            bag.write(TOPIC, arrived + later_ns, cloud(stamp, people((0, 0, 4, 1, 1))))
+    if record:
+        RunRecord({}).write(tmp_path / 'bag')
+    words = Page(make_report(tmp_path / 'bag').html).words
+    assert ('latency from stamp to recording, median40 ms' in words) == known
+    assert ('made offline' in words) != known
+
+
 def test_gaps_are_counted():
     whole = made_results([[]] * 6)
     assert timing(whole).gaps == 0
