@@ -86,8 +86,9 @@ def main(args: argparse.Namespace) -> int:
     _check_output(args)
     with InputBags(args.bags) as bags:
         outcome = _process(args, bags)
-    for note in getattr(outcome, 'notes', ()):
-        _say(args, note)
+    if not isinstance(outcome, RunRecord):
+        for note in outcome.notes:
+            _say(args, note)
     for fault in outcome.faults:
         print(f'depth_person process: {fault}', file=sys.stderr)
     if isinstance(outcome, RunRecord):
