@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 import onnxruntime
 
 from depth_person.errors import DepthPersonError
-from depth_person.pose.runtime import open_session
+from depth_person.pose.runtime import check_finite, open_session
 
 #: What the elements of an image may be: ONNX Runtime's names of types.
 IMAGE_TYPES = {'float': np.float32, 'float16': np.float16, 'uint8': np.uint8}
@@ -117,10 +117,7 @@ class Graph:
         self.inference_s += time.perf_counter() - start
         floats = [np.asarray(result, np.float32) for result in results]
         for name, values in zip(outputs, floats, strict=True):
-            if not np.isfinite(values).all():
-                raise DepthPersonError(
-                    f'the output {name} of {self.path} holds NaN or infinity; the network is '
-                    'damaged, or fails at its precision')
+            check_finite(values, output=name, network=self.path)
         return floats
 
 

@@ -9,12 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depth_person.errors import DepthPersonError
-from depth_person.pose.graph import Graph
+from depth_person.pose.graph import Graph, IMAGE_TYPES
 from depth_person.pose.warps import fitted_size, letterbox_matrix, Matrix
 
 #: Sides of an input that may have any size are multiples of this, the largest stride in use.
 _SIDE_STEP = 32
-_TYPES = {'float': np.float32, 'float16': np.float16, 'uint8': np.uint8}
 
 #: Names of what networks make of a byte: (byte - mean) / std, mean and std in the order R, G, B.
 PIXEL_VALUES: Mapping[str, tuple[tuple[float, ...], tuple[float, ...]]] = {
@@ -64,7 +63,7 @@ class ImageTensor:
         shape = value.shape
         self._channels_first = len(shape) == 4 and shape[1] == 3
         channels_last = len(shape) == 4 and shape[3] == 3
-        if (len(graph.inputs) != 1 or value.type_name not in _TYPES
+        if (len(graph.inputs) != 1 or value.type_name not in IMAGE_TYPES
                 or self._channels_first == channels_last):
             raise DepthPersonError(
                 f'{graph.path} {graph}: it should take one image, (n, 3, height, width) or '
@@ -72,7 +71,7 @@ class ImageTensor:
         height, width = shape[2:] if self._channels_first else shape[1:3]
         self.size = None if width is None or height is None else (width, height)
         self.batched = shape[0] is None
-        self._type = _TYPES[value.type_name]
+        self._type = IMAGE_TYPES[value.type_name]
         self._border = (border,) * 3
         self._step = 1 if pixels.order == 'bgr' else -1
         # Integers are taken as they are: such a network scales them itself.

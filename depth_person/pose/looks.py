@@ -78,8 +78,10 @@ def far_parts(width: int, height: int, *, input_side: int) -> list[Look]:
     if input_side >= FAR_SIDE:
         return []
     raw_per_input = max(width, height) / FAR_SIDE
-    columns = _spans(width, round(input_side * raw_per_input), _OVERLAP * raw_per_input)
-    rows = _spans(height, round(input_side * 5 / 8 * raw_per_input), _OVERLAP * raw_per_input)
+    part_sides = (max(round(side * raw_per_input), 1) for side in (input_side, input_side * 5 / 8))
+    columns, rows = (
+        _spans(length, part, _OVERLAP * raw_per_input)
+        for length, part in zip((width, height), part_sides, strict=True))
     return [
         Look(x, y, part_width, part_height,
              round(max(part_width, part_height) / raw_per_input))

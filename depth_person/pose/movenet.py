@@ -13,7 +13,8 @@ import onnxruntime
 from depth_person.errors import DepthPersonError
 from depth_person.pose import decode
 from depth_person.pose.bodies import likeness
-from depth_person.pose.runtime import open_session
+from depth_person.pose.image_tensor import check_image
+from depth_person.pose.runtime import check_finite, open_session
 from depth_person.pose.skeleton import from_coco17
 
 INPUT = 'image'
@@ -112,12 +113,15 @@ class MoveNet:
         :param input_side: longer side of the image in the network's input, pixels.
         :returns: (n, 17, 3) u, v, score in pixels of the image, NaN where missing, and (n, 4)
             boxes x0, y0, x1, y1.
+        :raises DepthPersonError: when it is no such image, or the network gives NaN.
         """
+        check_image(image)
         letterbox = self._letterbox(image, input_side)
         network_image = letterbox.fill(image)
         start = time.perf_counter()
         heads = self._session.run(self._heads, {INPUT: network_image})
         self.inference_s += time.perf_counter() - start
+        check_finite(heads[0], output=self._heads[0], network=self._session.name)
         keypoints, boxes = self._decode([head[0] for head in heads])
         keypoints[..., :2] = letterbox.to_raw(keypoints[..., :2] * STRIDE)
         corners = letterbox.to_raw(boxes.reshape(-1, 2, 2) * STRIDE)

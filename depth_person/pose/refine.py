@@ -11,7 +11,7 @@ from depth_person.errors import DepthPersonError
 from depth_person.pose import decode
 from depth_person.pose.cutting import CropCutter
 from depth_person.pose.movenet import INPUT, read_interface, STRIDE
-from depth_person.pose.runtime import open_session
+from depth_person.pose.runtime import check_finite, open_session
 from depth_person.pose.skeleton import from_coco17
 
 #: Where MoveNet marks keypoints on crops: bodies are larger there than in whole frames.
@@ -66,6 +66,7 @@ class Refiner:
         start = time.perf_counter()
         heads = self._session.run(self._heads, {INPUT: crops})
         self.inference_s = time.perf_counter() - start
+        check_finite(heads[0], output=self._heads[0], network=self._session.name)
         keypoints = decode.decode_crops(*heads)
         in_crop = keypoints[..., :2] * STRIDE + (self._lean - np.float32(self.side / 2))
         scale = (sides / np.float32(self.side))[:, None, None]

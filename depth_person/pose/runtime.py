@@ -56,6 +56,14 @@ class Session(onnxruntime.InferenceSession):
                 f'{self.name} does not run on a tensor {given}: {error}{remedy}') from error
 
 
+def check_finite(values: NDArray[Any], *, output: str, network: str | Path) -> None:
+    """Raise DepthPersonError where an output of a network holds NaN or infinity."""
+    if not np.isfinite(values).all():
+        raise DepthPersonError(
+            f'the output {output} of {network} holds NaN or infinity; the network is damaged, or '
+            'fails at its precision')
+
+
 def settle_provider(provider: str, *, fallback: bool) -> tuple[str, str]:
     """
     Return the provider to use, and what is worth a warning; no text where it is as wanted.

@@ -9,7 +9,7 @@ from depth_person.camera.frame import Frame
 from depth_person.errors import DepthPersonError
 from depth_person.pose.movenet import MoveNet
 from depth_person.pose.pipeline import PoseEstimator, PoseOptions
-from depth_person.pose.runtime import open_session
+from depth_person.pose.runtime import open_session, Session
 from depth_person.pose.skeleton import Keypoint
 
 
@@ -65,6 +65,39 @@ def test_nobody_is_found_where_nobody_is(network, model):
     estimator = PoseEstimator(PoseOptions(model=str(network(model))))
     people = estimator.estimate(frame(np.full((720, 1280, 3), 127, np.uint8)))
     assert people.keypoints.shape == (0, 18, 3)
+
+
+def test_a_frame_of_one_pixel_shows_nobody(network):
+    estimator = PoseEstimator(PoseOptions(model=str(network('movenet-multipose'))))
+    assert len(estimator.estimate(frame(np.zeros((1, 1, 3), np.uint8)))) == 0
+
+
+@pytest.mark.parametrize('image', [
+    np.zeros((480, 640, 4), np.uint8), np.zeros((480, 640), np.uint8),
+    np.zeros((480, 640, 3), np.uint16), np.zeros((0, 640, 3), np.uint8)])
+def test_movenet_takes_no_other_images(network, scene, image):
+    movenet = MoveNet(
+        network('movenet-multipose'), input_size=256, min_score=0.2, max_people=6)
+    assert len(movenet(scene)) == 1
+    with pytest.raises(DepthPersonError, match='is no \\(height, width, 3\\) uint8'):
+        movenet(image)
+
+
+@pytest.mark.parametrize('refiner', ['none', 'movenet-lightning'])
+def test_heads_that_are_no_numbers_are_an_error_not_an_empty_scene(network, scene, monkeypatch,
+                                                                   refiner):
+    estimator = PoseEstimator(PoseOptions(model=str(network('movenet-multipose')),
+                                          refiner=refiner))
+    run = Session.run
+
+    def damaged(session, names, feed):
+        is_refiner = 'movenet-lightning' in session.name
+        broken = is_refiner or refiner == 'none'
+        return [head * np.float32(np.nan if broken else 1) for head in run(session, names, feed)]
+
+    monkeypatch.setattr(Session, 'run', damaged)
+    with pytest.raises(DepthPersonError, match='holds NaN or infinity'):
+        estimator.estimate(frame(scene))
 
 
 def test_only_so_many_people_are_kept(network, scene):

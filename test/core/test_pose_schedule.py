@@ -37,6 +37,17 @@ def test_parts_cover_the_whole_frame_and_are_small_in_the_networks_input(size):
     assert seen.all()
 
 
+@pytest.mark.parametrize('size', [(1, 1), (3, 2), (2, 400), (4000, 3)])
+@pytest.mark.parametrize('input_side', [128, 256, 640])
+def test_parts_of_tiny_and_narrow_frames_lie_inside_them(size, input_side):
+    parts = far_parts(*size, input_side=input_side)
+    assert parts
+    for part in parts:
+        assert part.part(np.empty((size[1], size[0], 3), np.uint8)).shape == (
+            part.height, part.width, 3)
+        assert min(part.width, part.height, part.input_side) >= 1
+
+
 def test_an_input_that_sees_far_needs_no_parts():
     assert far_parts(1280, 720, input_side=960) == []
     assert [look.input_side for look in whole_looks(1280, 720, input_side=960)] == [256, 960]
