@@ -138,10 +138,14 @@ class BagReader(Closing):
 
     def _open(self) -> list[BagFile]:
         """Open the bag's files, the torn ones too."""
-        if not self.path.exists():
-            raise DepthPersonError(f'there is no bag at {self.path}')
-        if self.path.is_file():
-            return [open_file(self.path)]
+        try:
+            if not self.path.exists():
+                raise DepthPersonError(f'there is no bag at {self.path}')
+            return self._open_folder() if self.path.is_dir() else [open_file(self.path)]
+        except OSError as error:  # such as a folder that may not be looked into
+            raise DepthPersonError(f'bag {self.path} cannot be read: {error}') from error
+
+    def _open_folder(self) -> list[BagFile]:
         if (self.path / 'metadata.yaml').exists():
             try:
                 return [WholeBag(self.path)]

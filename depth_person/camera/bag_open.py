@@ -43,7 +43,7 @@ def open_file(path: Path) -> BagFile:
     :raises DepthPersonError: when nothing in it can be read.
     """
     magic = MAGIC.get(_kind(path))
-    if magic is None:
+    if magic is None or not path.is_file():  # a pipe would be waited for
         raise DepthPersonError(
             f'{path} is no rosbag: not a folder, nor a file named {", ".join(MAGIC)}')
     if path.suffix == COMPRESSED:

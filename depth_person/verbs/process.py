@@ -109,13 +109,17 @@ def _check_output(args: argparse.Namespace) -> None:
     places = out, out.with_name(f'{out.name}.before')
     for place in places:
         spare(args.bags, place)
-    if out.exists() and not (args.resume or args.overwrite):
+    try:
+        taken = [place for place in places if place.exists()]
+        strange = [place for place in taken if not (place / 'process.json').exists()]
+    except OSError as error:  # such as a folder that may not be looked into
+        raise DepthPersonError(f'bag {out} cannot be written: {error}') from error
+    if out in taken and not (args.resume or args.overwrite):
         raise DepthPersonError(
             f'{out} exists already; name another, or --resume or --overwrite what process began')
-    for place in places:
-        if args.overwrite and place.exists() and not (place / 'process.json').exists():
-            raise DepthPersonError(
-                f'{place} is no bag of results; it is not overwritten: it may be a recording')
+    if args.overwrite and strange:
+        raise DepthPersonError(
+            f'{strange[0]} is no bag of results; it is not overwritten: it may be a recording')
 
 
 def _process(args: argparse.Namespace, bags: InputBags) -> Outcome | RunRecord:

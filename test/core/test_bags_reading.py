@@ -2,6 +2,8 @@
 from concurrent.futures import ThreadPoolExecutor
 import errno
 import logging
+import os
+from pathlib import Path
 import shutil
 
 from bag_kinds import types_with
@@ -296,6 +298,24 @@ def test_what_is_no_bag_is_refused(tmp_path, name, content, message):
 def test_a_missing_bag_is_refused(tmp_path):
     with pytest.raises(DepthPersonError, match=r'no bag at .*gone'):
         BagReader(tmp_path / 'gone')
+
+
+def test_what_is_neither_a_file_nor_a_folder_is_refused(tmp_path):
+    os.mkfifo(tmp_path / 'pipe.mcap')  # a reader of which would wait for a writer
+
+    for path in ('/dev/null', tmp_path / 'pipe.mcap'):
+        with pytest.raises(DepthPersonError, match='is no rosbag: not a folder, nor a file'):
+            BagReader(path)
+
+
+@pytest.mark.parametrize('method', ['exists', 'iterdir'])
+def test_a_folder_that_may_not_be_looked_into_is_refused(tmp_path, monkeypatch, method):
+    def refuse(path):
+        raise PermissionError(errno.EACCES, 'Permission denied', str(path))
+
+    monkeypatch.setattr(Path, method, refuse)
+    with pytest.raises(DepthPersonError, match=f'bag {tmp_path} cannot be read: .*denied'):
+        BagReader(tmp_path)
 
 
 def test_a_folder_whose_files_are_gone_is_refused(small_bag):

@@ -282,6 +282,14 @@ def test_what_could_not_be_used_decides_the_exit_code(walk, tmp_path, capsys):
         assert reader.topics['/person_keypoints'].count > 2
 
 
+def test_a_place_that_cannot_be_looked_at_is_told(walk, tmp_path, capsys):
+    long = tmp_path / ('x' * 300)
+
+    assert main(['process', str(walk), '-o', str(long)]) == 1
+
+    assert 'cannot be written: ' in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(('option', 'fault'), [
     (['--image-topic', '/camera_info'], 'which is no image topic'),
     (['--image-topic', '/top'], 'no image topic /top; it has /image_raw/compressed'),
