@@ -1,9 +1,11 @@
 """Writes topics into a bag as they come."""
 from __future__ import annotations
 
-from collections import Counter
+from collections import Counter, defaultdict, deque
 from collections.abc import Iterable
 
+from rclpy.clock import Clock
+from rclpy.clock_type import ClockType
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.topic_endpoint_info import TopicEndpointInfo
@@ -22,7 +24,7 @@ REPORT_TOPICS = (
     '/diagnostics')
 #: How often new publishers are looked for, seconds.
 _PERIOD_S = 0.2
-#: Messages that wait while one is written.
+#: Messages of a topic that wait while one is written, and for simulated time to begin.
 _QUEUE = 50
 
 
@@ -41,9 +43,13 @@ class BagRecorder:
         self._node = node
         self._writer = writer
         self._awaited = {node.resolve_topic_name(topic) for topic in topics}
-        self._timer = node.create_timer(_PERIOD_S, self._look)
+        self._waiting: defaultdict[str, deque[bytes]] = defaultdict(lambda: deque(maxlen=_QUEUE))
+        # A player may wait for subscribers before it publishes the first /clock.
+        self._timer = node.create_timer(
+            _PERIOD_S, self._look, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def _look(self) -> None:
+        self._write()
         for topic in sorted(self._awaited):
             publishers = self._node.get_publishers_info_by_topic(topic)
             if publishers:
@@ -64,12 +70,22 @@ class BagRecorder:
             self.left_out.append(str(error))
             return
 
-        def write(data: bytes) -> None:
-            self._writer.write_raw(topic, self._node.get_clock().now().nanoseconds, data)
-            self.counts[topic] += 1
+        def take(data: bytes) -> None:
+            self._waiting[topic].append(data)
+            self._write()
 
-        self._node.create_subscription(kind, topic, write, asked_profile(
+        self._node.create_subscription(kind, topic, take, asked_profile(
             [publisher.qos_profile for publisher in publishers]), raw=True)
+
+    def _write(self) -> None:
+        """Write what has come, but nothing at zero, where simulated time stands before /clock."""
+        time_ns = self._node.get_clock().now().nanoseconds
+        if not time_ns:
+            return
+        for topic, messages in self._waiting.items():
+            while messages:
+                self._writer.write_raw(topic, time_ns, messages.popleft())
+                self.counts[topic] += 1
 
 
 def asked_profile(offered: list[QoSProfile]) -> QoSProfile:

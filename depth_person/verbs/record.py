@@ -61,7 +61,7 @@ def main(args: argparse.Namespace) -> int:
         print(f'depth_person record: left out {fault}', file=sys.stderr)
     if not recorder.counts:
         print('depth_person record: no message came; are the nodes running, in the same '
-              'ROS_DOMAIN_ID?', file=sys.stderr)
+              'ROS_DOMAIN_ID, and /clock where use_sim_time is true?', file=sys.stderr)
     return _PARTLY if recorder.left_out or not recorder.counts else 0
 
 

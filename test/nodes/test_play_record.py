@@ -1,4 +1,5 @@
 """Topics written into a bag as they come."""
+from bag_kinds import types_with
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 import pytest
@@ -8,6 +9,7 @@ from std_msgs.msg import String
 
 from depth_person.camera.bag import BagReader
 from depth_person.cli import main
+from depth_person.replay.bags import BagWriter
 
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
@@ -39,6 +41,32 @@ def test_what_is_published_is_recorded_with_its_profiles_until_ctrl_c(domain, tm
     with (tmp_path / 'bag/bag.mcap').open('rb') as file:
         decoded = make_reader(file, decoder_factories=[DecoderFactory()]).iter_decoded_messages()
         assert len(list(decoded)) == 6
+
+
+def test_on_simulated_time_a_player_that_waits_is_recorded_and_nothing_before_its_time(
+        domain, tmp_path):
+    text = types_with('my_msgs/msg/Wind', 'float64 value').types['std_msgs/msg/String']
+    start_ns, end_ns = 1000 * 10**9, 1001 * 10**9
+    with BagWriter(tmp_path / 'played') as writer:
+        for time_ns in range(start_ns, end_ns + 1, 10**8):
+            writer.write('/count', time_ns, text(data=str(time_ns)))
+    note = domain.node.create_publisher(String, '/note', LATCHED)
+    note.publish(String(data='said before there was a clock'))
+    recorder = domain.start(
+        'depth_person', 'record', '-o', tmp_path / 'bag', '--topics', '/note', '/count',
+        '--ros-args', '-p', 'use_sim_time:=true', ready='recording')
+    domain.spin_until(lambda: note.get_subscription_count())
+
+    player = domain.start(
+        'depth_person', 'play', tmp_path / 'played', '--clock', '--wait', ready='playing')
+    assert player.exit_code() == 0, player.said
+    recorder.interrupt()
+
+    assert recorder.exit_code() == 0, recorder.said
+    with BagReader(tmp_path / 'bag') as reader:
+        found = [(topic, time_ns) for topic, time_ns, _ in reader.messages()]
+    assert sorted(topic for topic, _ in found) == 11 * ['/count'] + ['/note']
+    assert all(start_ns <= time_ns <= end_ns for _, time_ns in found)
 
 
 @pytest.mark.parametrize('arguments', [
