@@ -8,7 +8,6 @@ from importlib import import_module
 import threading
 from typing import Any
 
-import numpy as np
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
@@ -18,6 +17,7 @@ from rosgraph_msgs.msg import Clock
 from depth_person.camera.bag import BagReader
 from depth_person.errors import DepthPersonError
 from depth_person.nodes.image_messages import header
+from depth_person.nodes.lateness import Lateness
 from depth_person.nodes.pacer import Pacer
 from depth_person.nodes.qos import full_profile, mismatches, overridable, publisher_profile
 from depth_person.nodes.subscribers import wait_for_subscribers
@@ -60,7 +60,7 @@ class BagPlayer:
     Publishes a bag through a node.
 
     :ivar left_out: what is not published and why, a line each topic.
-    :ivar lateness_s: of every message published, seconds after it was due.
+    :ivar lateness: how long after they were due all messages were published.
     :raises DepthPersonError: when a topic is not in the bag, or none can be published.
     """
 
@@ -72,7 +72,7 @@ class BagPlayer:
         self._options = options
         self._stopping = stopping
         self.left_out: list[str] = []
-        self.lateness_s: list[float] = []
+        self.lateness = Lateness()
         self._publishers = dict(self._advertise())
         if not self._publishers:
             raise DepthPersonError(
@@ -86,7 +86,7 @@ class BagPlayer:
             wait_for_subscribers(self._count_subscribers, self._stopping)
         while not self._stopping.is_set():
             self._play_once()
-            if not self._options.loop or not self.lateness_s:
+            if not self._options.loop or not self.lateness.count:
                 return
 
     def mismatches(self) -> list[str]:
@@ -96,11 +96,13 @@ class BagPlayer:
 
     def summary(self) -> str:
         """Return how many messages were published, and how late."""
-        if not self.lateness_s:
+        late = self.lateness
+        if not late.count:
             return 'no message was published'
-        middle, most, latest = 1000 * np.percentile(self.lateness_s, (50, 99, 100))
+        middle, most, latest = (
+            1000 * each for each in (late.within_s(0.5), late.within_s(0.99), late.most_s))
         return (
-            f'{len(self.lateness_s)} messages on {len(self._publishers)} topics; published late '
+            f'{late.count} messages on {len(self._publishers)} topics; published late '
             f'by {middle:.2f} ms (median), {most:.2f} ms (99 %), {latest:.2f} ms (most)')
 
     def _advertise(self) -> Iterator[tuple[str, Publisher]]:
@@ -142,7 +144,7 @@ class BagPlayer:
                 if self._stopping.is_set():
                     return
                 self._publishers[topic].publish(data)
-                self.lateness_s.append(self._pacer.late_s)
+                self.lateness.add(self._pacer.late_s)
 
     def _count_subscribers(self) -> int:
         return sum(publisher.get_subscription_count() for publisher in self._publishers.values())
