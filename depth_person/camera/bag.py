@@ -151,10 +151,11 @@ class BagReader(Closing):
                 return [WholeBag(self.path)]
             except Exception as error:  # of any type: rosbags parses what may be anything
                 self._faults.append(f'{self.path} is damaged: {str(error).rstrip(".")}')
-        else:
+        paths = storage_files(self.path)
+        if not self._faults and len(paths) > 1:
             LOG.warning('%s has no metadata.yaml; its files are read in name order', self.path)
         files: list[BagFile] = []
-        for path in storage_files(self.path):
+        for path in paths:
             try:
                 files.append(open_file(path))
             except DepthPersonError as error:

@@ -33,20 +33,31 @@ class RunRecord:
     :ivar settings: everything that decides what the results are.
     :ivar finished: whether the end of the bags was reached.
     :ivar faults: what could not be read or used.
+    :raises TypeError: when what was read as a record is none.
     """
 
     settings: Mapping[str, Any]
     finished: bool = False
     faults: list[str] = field(default_factory=list)
 
+    def __post_init__(self) -> None:
+        if not (isinstance(self.settings, Mapping) and isinstance(self.finished, bool)
+                and isinstance(self.faults, list)
+                and all(isinstance(fault, str) for fault in self.faults)):
+            raise TypeError('settings, finished or faults are of another type')
+
     @classmethod
     def read(cls, bag: Path) -> RunRecord:
         """Return the record of a bag; raise DepthPersonError where there is none."""
         try:
             return cls(**json.loads((bag / _RECORD).read_text(encoding='utf-8')))
+        except FileNotFoundError as error:  # then it is not overwritten either
+            raise DepthPersonError(
+                f'{bag} cannot be gone on with, since it has no {_RECORD}; give another name, or '
+                'remove it') from error
         except (OSError, ValueError, TypeError) as error:
             raise DepthPersonError(
-                f'{bag} cannot be gone on with, since it has no readable {_RECORD}; give another '
+                f'{bag} cannot be gone on with, since its {_RECORD} cannot be read; give another '
                 'name, or --overwrite') from error
 
     def write(self, bag: Path) -> None:

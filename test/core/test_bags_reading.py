@@ -182,7 +182,7 @@ def test_damage_within_a_file_is_told(bags, tmp_path, kind):
         assert f'{damaged} is damaged' in reader.damage
 
 
-def test_a_torn_folder_is_read_file_by_file(tmp_path):
+def test_a_torn_folder_is_read_file_by_file(tmp_path, caplog):
     with BagWriter(tmp_path / 'bag') as writer:
         for index in range(COUNT):
             writer.write('/text', index, string(text(index)))
@@ -192,6 +192,11 @@ def test_a_torn_folder_is_read_file_by_file(tmp_path):
     with BagReader(tmp_path / 'bag') as reader:
         assert 20 < len(numbers_in(reader)) < 25
         assert 'bag.mcap is cut off' in reader.damage
+
+    (tmp_path / 'bag/metadata.yaml').unlink()
+    with caplog.at_level(logging.WARNING), BagReader(tmp_path / 'bag') as reader:
+        assert 20 < len(numbers_in(reader)) < 25
+    assert caplog.text == '', 'one file has no order to warn of'
 
 
 def test_a_folder_without_metadata_is_read_in_name_order(bags, tmp_path, caplog):

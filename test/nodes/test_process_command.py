@@ -199,6 +199,23 @@ def test_nothing_that_is_read_is_written_to(
     assert list(Path().iterdir()) == [bag]
 
 
+@pytest.mark.parametrize('record', [
+    None, '{', '{"settings": [], "finished": false}', '{"settings": {}, "faults": "none"}'])
+def test_resume_offers_overwrite_where_that_is_done(tmp_path, capsys, record):
+    arguments = ['process', str(write_images(tmp_path / 'bag', 1)), '-o', str(tmp_path / 'out')]
+    (tmp_path / 'out').mkdir()
+    if record is not None:
+        (tmp_path / 'out/process.json').write_text(record)
+
+    assert main([*arguments, '--resume']) == 1
+    said = capsys.readouterr().err
+    assert 'process.json' in said
+    offered = '--overwrite' in said
+
+    assert offered == (record is not None)
+    assert (main([*arguments, '--overwrite']) == 1) == (not offered)
+
+
 @pytest.mark.parametrize('name', ['flight', 'flight.before'])
 def test_overwrite_refuses_a_recording(walk, tmp_path, capsys, name):
     with BagWriter(tmp_path / name) as writer:
