@@ -233,6 +233,8 @@ class Processor:
                 oddities.unstamped,
             'frames have a stamp before that of the frame before; nobody is followed across it':
                 oddities.disordered,
+            'frames have the stamp of an earlier frame; report leaves their people out':
+                oddities.repeated,
         })
 
 

@@ -39,6 +39,7 @@ class Oddities:
     :ivar first_undecodable: what is wrong with the first of them.
     :ivar unstamped: frames whose stamp was zero.
     :ivar disordered: frames whose stamp was before that of the frame before.
+    :ivar repeated: frames whose stamp an earlier frame has.
     :ivar uncalibrated: frames for which no intrinsics were known.
     """
 
@@ -46,6 +47,7 @@ class Oddities:
     first_undecodable: str = ''
     unstamped: int = 0
     disordered: int = 0
+    repeated: int = 0
     uncalibrated: int = 0
 
 
@@ -67,6 +69,7 @@ class StepReader:
         self._info_topic = info_topic
         self._maker = FrameMaker(bags.description, info_topic=info_topic, frame_id='')
         self._last_ns: int | None = None
+        self._seen_ns: set[int] = set()
 
     @property
     def bad_camera_infos(self) -> int:
@@ -113,6 +116,8 @@ class StepReader:
             return None
         self.oddities.unstamped += stamp_ns(message.header) == 0
         self.oddities.disordered += self._last_ns is not None and frame.stamp_ns < self._last_ns
+        self.oddities.repeated += frame.stamp_ns in self._seen_ns
         self.oddities.uncalibrated += frame.intrinsics is None
         self._last_ns = frame.stamp_ns
+        self._seen_ns.add(frame.stamp_ns)
         return frame

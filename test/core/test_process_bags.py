@@ -322,6 +322,20 @@ def test_stamps_that_go_back_are_counted_and_their_frames_processed(tmp_path):
     assert any(fault.startswith('1 frames have a stamp before') for fault in outcome.faults)
 
 
+def test_stamps_that_come_again_are_counted_and_their_frames_processed(tmp_path):
+    order = [5, 6, 6, 7, 5]
+    bag = write(tmp_path / 'in', *walk(1), *(
+        ('/image', stamp(9 + index), image(stamp(number), picture(1)))
+        for index, number in enumerate(order)))
+
+    outcome = process(bag, out=tmp_path / 'out')
+
+    assert outcome.frames == 6
+    assert outcome.faults == [
+        '1 frames have a stamp before that of the frame before; nobody is followed across it',
+        '2 frames have the stamp of an earlier frame; report leaves their people out']
+
+
 def test_a_topic_of_another_type_in_a_later_bag_is_left_out_and_named(tmp_path):
     camera = write(tmp_path / 'camera', *walk(2))
     other = write(tmp_path / 'other', ('/text', stamp(0), header(5)))
