@@ -27,6 +27,8 @@ from depth_person.replay.ahead import ahead
 _DEPTH = 20
 #: Recorders do not know how long a publisher's queue was.
 _QUEUE = 10
+#: What a round of a loop lasts at least, of recorded time: a single message has no length.
+_ROUND_NS = 100_000_000
 
 
 @dataclass(frozen=True)
@@ -137,14 +139,18 @@ class BagPlayer:
         return Pacer(self._stopping, tick, rate=rate, clock_period_s=1 / clock_hz)
 
     def _play_once(self) -> None:
+        first_ns, last_ns = None, 0
         messages = self._reader.raw_messages(self._publishers)
         with closing(ahead(messages, depth=_DEPTH)) as read:
-            for topic, time_ns, data in read:
-                self._pacer.wait(time_ns)
+            for topic, last_ns, data in read:
+                first_ns = last_ns if first_ns is None else first_ns
+                self._pacer.wait(last_ns)
                 if self._stopping.is_set():
                     return
                 self._publishers[topic].publish(data)
                 self.lateness.add(self._pacer.late_s)
+        if self._options.loop and first_ns is not None and last_ns < first_ns + _ROUND_NS:
+            self._pacer.wait(first_ns + _ROUND_NS)
 
     def _count_subscribers(self) -> int:
         return sum(publisher.get_subscription_count() for publisher in self._publishers.values())

@@ -104,6 +104,26 @@ def test_a_loop_starts_over_until_ctrl_c_and_only_asked_topics_are_played(domain
     assert maps == []
 
 
+def test_a_loop_over_next_to_no_time_does_not_flood(domain, tmp_path):
+    make = types_with('my_msgs/msg/Wind', 'float64 value').types
+    with BagWriter(tmp_path / 'bag') as writer:
+        writer.write('/note', START, make['std_msgs/msg/String'](data='first'))
+        writer.write('/note', START + 200_000, make['std_msgs/msg/String'](data='last'))
+    published_ns = []
+    domain.node.create_subscription(
+        String, '/note', lambda _, info: published_ns.append(info['source_timestamp']), RELIABLE)
+    player = domain.start(
+        'depth_person', 'play', tmp_path / 'bag', '--loop', '--wait', ready='playing')
+
+    domain.spin_until(lambda: len(published_ns) >= 10)
+    player.interrupt()
+
+    assert player.exit_code() == 0, player.said
+    rounds_s = np.diff(published_ns[:10:2]) / 1e9
+    assert np.median(rounds_s) == pytest.approx(0.1, abs=0.03)
+    assert float(re.search(r'([\d.]+) ms \(median', player.said)[1]) < 50, 'each round anew'
+
+
 @pytest.mark.parametrize(('arguments', 'fault'), [
     (['--topics', '/none'], 'has no /none; it has /map'),
     (['--rate', '0'], 'a rate of 0 is not from'),
