@@ -138,15 +138,14 @@ def set_aside(path: Path, settings: Mapping[str, Any], topic: str) -> Path | Non
     found = [each for each in (path, before) if each.is_dir()]
     for each in found:
         RunRecord.read(each).check(settings, each)
-    if not found:
-        return None
-    best = max(found, key=lambda bag: _frames(bag, topic))
+    frames = {each: count for each in found if (count := _frames(each, topic))}
+    best = max(frames, key=frames.__getitem__, default=None)
     for each in found:
         if each != best:
             shutil.rmtree(each)
     if best == path:
         path.rename(before)
-    return before
+    return before if best is not None else None
 
 
 def keep_better(path: Path, before: Path, topic: str) -> None:

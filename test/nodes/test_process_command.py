@@ -1,4 +1,5 @@
 """The command process with the networks: the same bytes every time, stopped and gone on with."""
+from dataclasses import replace
 import hashlib
 import itertools
 from pathlib import Path
@@ -19,6 +20,7 @@ from depth_person.cli import main
 from depth_person.replay.bags import BagWriter, jazzy_types
 from depth_person.replay.clouds import cloud_points
 from depth_person.replay.input_bags import InputBags
+from depth_person.replay.unfinished import RunRecord
 
 String = jazzy_types().types['std_msgs/msg/String']
 WALK = Path(__file__).parents[2] / 'demo/walk'
@@ -149,6 +151,21 @@ def test_a_stopped_run_is_readable_and_goes_on_to_the_same_bytes(
     assert main([*command[1:], '--resume']) == 0
     assert digest(out) == digest(processed)
     assert [path.name for path in tmp_path.iterdir()] == ['out']
+
+
+def test_a_run_that_was_killed_before_anything_was_written_begins_anew(tmp_path):
+    out = tmp_path / 'out'
+    arguments = ['process', str(write_images(tmp_path / 'bag', 1)), '-o', str(out), '--quiet']
+    assert main(arguments) == 3
+    before = digest(out)
+    (out / 'out.mcap').write_bytes(b'')
+    (out / 'metadata.yaml').unlink()
+    replace(RunRecord.read(out), finished=False).write(out)
+
+    assert main([*arguments, '--resume']) == 3
+
+    assert digest(out) == before
+    assert not (tmp_path / 'out.before').exists()
 
 
 def test_nothing_is_overwritten_unasked_and_only_the_same_run_goes_on(
