@@ -4,6 +4,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from functools import partial
+import logging
 from typing import Any
 
 from depth_person.errors import DepthPersonError
@@ -12,6 +13,7 @@ from depth_person.mounting.vehicle_inputs import VehicleInputs
 from depth_person.replay.input_bags import InputBags, RawMessage
 from depth_person.settings.inputs import InputSettings
 
+LOG = logging.getLogger(__name__)
 #: Name of an input and of its topic -> type, and the method that takes it.
 _TYPES = {
     'imu': ('sensor_msgs/msg/Imu', 'take_imu'),
@@ -21,6 +23,8 @@ _TYPES = {
     'rel_alt': ('std_msgs/msg/Float64', 'take_rel_alt'),
 }
 _TRANSFORM, _TRANSFORMS = 'geometry_msgs/msg/TransformStamped', 'tf2_msgs/msg/TFMessage'
+#: Names of the inputs that parameters ask for by `tf`.
+_OF_TF = ('tf', 'tf_static', 'transforms', 'transforms_static')
 #: What is reported of an input for being what it is.
 _REMARKS = ('rel_alt',)
 
@@ -35,7 +39,7 @@ class Surroundings:
 
     :param namespace: of the node, with a slash at its end.
     :param remaps: names that the node's topics have in the bags, by their own.
-    :raises DepthPersonError: when a topic may be one of several.
+    :raises DepthPersonError: when a topic may be one of several, or a remapped one is not there.
     """
 
     def __init__(
@@ -44,9 +48,10 @@ class Surroundings:
     ) -> None:
         self._bags = bags
         self._settings = settings
-        self._names = {name: namespace + name for name in (
-            *_TYPES, 'transforms', 'transforms_static')}
-        self._names.update({'tf': '/tf', 'tf_static': '/tf_static', **(remaps or {})})
+        self._names = {name: namespace + name for name in (*_TYPES, *_OF_TF)}
+        self._names.update({'tf': '/tf', 'tf_static': '/tf_static'})
+        for name, topic in (remaps or {}).items():
+            self._remap(name, '/' + topic.lstrip('/'))
         self.report = CountingReport()
         self._takers: dict[str, Taker] = {}
         wanted = settings.sources
@@ -71,6 +76,23 @@ class Surroundings:
         """Return what is known of the camera at the time of an image of this frame."""
         return self._tracker.at(stamp_ns, frame_id, self._settings)
 
+    def _remap(self, name: str, topic: str) -> None:
+        if name not in self._names:
+            raise DepthPersonError(
+                f'--remap {name}: depth_node has no such input; it has {", ".join(self._names)}')
+        source = 'tf' if name in _OF_TF else name
+        if source not in self._settings.sources:
+            LOG.warning('--remap %s changes nothing: none of the parameters attitude, mounting, '
+                        'height and camera_pose is %s', name, source)
+            return
+        msgtypes = (_TRANSFORMS, _TRANSFORM) if name in _OF_TF else _TYPES[name][:1]
+        candidates = [each.name for each in self._bags.topics.values() if each.msgtype in msgtypes]
+        if topic not in candidates:
+            raise DepthPersonError(
+                f'--remap {name}: {self._bags.description} has no {topic} of type '
+                f'{" or ".join(msgtypes)}; it has {", ".join(candidates) or "none"}')
+        self._names[name] = topic
+
     def _find(self, name: str) -> str:
         msgtype, _ = _TYPES[name]
         topic = self._names[name]
@@ -91,7 +113,7 @@ class Surroundings:
         return lambda message, _: take(message)
 
     def _transform_takers(self) -> Iterator[tuple[str, Taker]]:
-        for name in ('tf', 'tf_static', 'transforms', 'transforms_static'):
+        for name in _OF_TF:
             topic = self._names[name]
             if topic in self._bags.topics:
                 yield topic, partial(

@@ -74,6 +74,27 @@ def test_of_several_topics_the_user_says_which(ask):
         ask(DepthSettings(attitude='imu'), *records)
 
 
+@pytest.mark.parametrize(('remap', 'said'), [
+    (('imus', '/imu'), 'depth_node has no such input; it has imu, pose, .*, transforms_static'),
+    (('imu', '/typo'), 'no /typo of type sensor_msgs/msg/Imu; it has /imu'),
+    (('imu', '/text'), 'no /text of type sensor_msgs/msg/Imu; it has /imu'),
+])
+def test_a_remapped_input_that_is_none_is_refused(ask, remap, said):
+    records = [('/imu', STAMP, imu(STAMP)), ('/text', STAMP, header(STAMP))]
+
+    with pytest.raises(DepthPersonError, match=said):
+        ask(DepthSettings(attitude='imu'), *records, remaps=dict([remap]))
+
+
+def test_a_remapped_input_that_no_parameter_asks_for_is_told(ask, caplog):
+    ask(DepthSettings(attitude='imu'), ('/imu', STAMP, imu(STAMP)),
+        remaps={'imu': 'imu', 'tf_static': '/tf2'})
+
+    assert [record.getMessage() for record in caplog.records] == [
+        '--remap tf_static changes nothing: none of the parameters attitude, mounting, height '
+        'and camera_pose is tf']
+
+
 def test_what_is_asked_for_and_missing_is_counted(ask):
     state, report = ask(DepthSettings(attitude='imu'), ('/text', STAMP, header(STAMP)))
 

@@ -329,6 +329,7 @@ def test_a_place_that_cannot_be_looked_at_is_told(walk, tmp_path, capsys):
     (['--image-topic', '/top'], 'no image topic /top; it has /image_raw/compressed'),
     (['--camera-info-topic', '/person_truth'], 'which is no camera_info topic'),
     (['--remap', 'imu'], '--remap imu does not read FROM:=TO'),
+    (['--remap', 'imus:=/imu'], '--remap imus: depth_node has no such input; it has imu, pose, '),
     (['--params', 'none.yaml'], 'none.yaml cannot be read'),
 ])
 def test_wrong_options_are_told_before_anything_is_written(
