@@ -65,20 +65,28 @@ def points(cloud):
     return np.frombuffer(cloud.data, layout)
 
 
-def directions(people):
-    """Return the (n, 3) unit vectors towards people."""
-    positions = np.stack([people['x'], people['y'], people['z']], axis=-1).astype(float)
-    return positions / np.linalg.norm(positions, axis=1, keepdims=True)
+def positions(people):
+    """Return where people are, (n, 3)."""
+    return np.stack([people['x'], people['y'], people['z']], axis=-1).astype(float)
+
+
+def distances(people, truth):
+    """Return the metres (n, m) between people and true ones; infinite in other directions."""
+    first, second = positions(people), positions(truth)
+    cosines = first @ second.T / np.outer(
+        np.linalg.norm(first, axis=1), np.linalg.norm(second, axis=1))
+    apart = np.linalg.norm(first[:, None] - second[None], axis=2)
+    return np.where(cosines < math.cos(math.radians(SAME_DIRECTION_DEG)), np.inf, apart)
 
 
 def matches(people, truth):
     """Yield (person, true person or None), each true one once, the best matches first."""
     if len(truth) and len(people):
-        angles = np.degrees(np.arccos(np.clip(directions(people) @ directions(truth).T, -1, 1)))
+        apart = distances(people, truth)
         free_people, free_truth = set(range(len(people))), set(range(len(truth)))
-        for flat in np.argsort(angles, axis=None):
+        for flat in np.argsort(apart, axis=None):
             person, true = divmod(int(flat), len(truth))
-            if angles[person, true] > SAME_DIRECTION_DEG:
+            if apart[person, true] == np.inf:
                 break
             if person in free_people and true in free_truth:
                 free_people.remove(person)
