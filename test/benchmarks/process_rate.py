@@ -98,8 +98,11 @@ def main() -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument('bag', type=Path)
     parser.add_argument('--repeat', type=int, default=5)
+    parser.add_argument(
+        '--threads', type=int, default=PoseSettings().threads, help='of the networks; 0 for all')
     args = parser.parse_args()
-    pipeline = Pipeline(PoseSettings().pose_options(), DEPTH.distance_options())
+    pipeline = Pipeline(
+        PoseSettings(threads=args.threads).pose_options(), DEPTH.distance_options())
     alone = Alone(args.bag, pipeline)
     actions = {
         'reading and decoding': alone.read, 'network': alone.find,
