@@ -32,6 +32,7 @@ pose_node:
     qos_overrides./person_keypoints.subscription: {reliability: reliable, depth: 10}
     estimator: shoulder
     convention: movenet
+    filter: false  # a frame that is dropped would tell in all after it
     max_age: 0.0  # a busy machine is late
 """
 
