@@ -17,6 +17,7 @@ from depth_person.distance.estimator import Body, Mounting
 from depth_person.distance.estimators import ESTIMATORS, make_estimator
 from depth_person.distance.following import FilterOptions
 from depth_person.distance.scale import body_spread
+from depth_person.errors import DepthPersonError
 from depth_person.files import write_text
 from depth_person.replay.dataset import Fault
 from depth_person.replay.evaluate import Evaluation, Sample
@@ -72,11 +73,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         '--camera-height', type=positive, metavar='M',
         help='above the ground that people stand on, for --mounting fixed')
     parser.add_argument(
-        '--camera-pitch', type=float, default=0.0, metavar='DEG',
+        '--camera-pitch', type=float, metavar='DEG',
         help='how far the camera looks down, for --mounting fixed (default 0)')
     parser.add_argument(
-        '--attitude-sigma', type=positive, default=InputSettings().attitude_sigma, metavar='DEG',
-        help='how surely, for --mounting fixed (default %(default)g)')
+        '--attitude-sigma', type=positive, metavar='DEG',
+        help=f'how surely, for --mounting fixed (default {InputSettings().attitude_sigma:g})')
     parser.add_argument(
         '--filter', action='store_true',
         help='follow people through sequences: errors are of the ranges over time, also of who is '
@@ -126,14 +127,17 @@ def main(args: argparse.Namespace) -> int:
 
 def _mounting(args: argparse.Namespace) -> Mounting | None:
     """Return what is told of the camera; None for what each frame says."""
-    if args.mounting == 'truth':
-        return None
-    if args.mounting == 'none':
-        return Mounting()
+    told = args.camera_height, args.camera_pitch, args.attitude_sigma
+    if args.mounting != 'fixed':
+        if told != (None, None, None):
+            raise DepthPersonError(
+                '--camera-height, --camera-pitch and --attitude-sigma go with --mounting fixed')
+        return None if args.mounting == 'truth' else Mounting()
+    usual = InputSettings()
     return Mounting(
-        level_gravity(pitch_down=math.radians(args.camera_pitch), roll_cw=0.0),
-        math.radians(args.attitude_sigma),
-        args.camera_height, InputSettings().camera_height_sigma)
+        level_gravity(pitch_down=math.radians(args.camera_pitch or 0.0), roll_cw=0.0),
+        math.radians(args.attitude_sigma or usual.attitude_sigma),
+        args.camera_height, usual.camera_height_sigma)
 
 
 def _plotter() -> Callable[[list[Sample], Path], list[Path]]:

@@ -212,6 +212,13 @@ def test_a_fixed_mounting_is_told_of_every_frame(tmp_path, monkeypatch):
     assert mounting.gravity_sigma == pytest.approx(np.radians(0.5))
 
 
+def test_a_fixed_mounting_is_not_told_and_then_ignored(tmp_path, capsys):
+    write_frame(tmp_path / 'data', 'a', [person((0, 0, 5))])
+    assert cli.main(['evaluate', str(tmp_path / 'data'), '--keypoints', 'truth',
+                     '--mounting', 'truth', '--camera-height', '1.5']) == 1
+    assert 'go with --mounting fixed' in capsys.readouterr().err
+
+
 def test_a_recording_is_measured_at_the_depth_of_its_boxes(tmp_path):
     position = np.array([2.0, 0.1, 12.0])
     pixels = CAMERA.project(standing_at(position))[COCO17]
