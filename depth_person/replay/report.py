@@ -119,8 +119,7 @@ def _origin(results: Results, run: RunRecord | None) -> str:
         lines.append('Made by depth_person process, which has left no record that can be read.')
     if not run.finished:
         lines.append('It was stopped before the end of its input.')
-    faults = [str(fault) for fault in run.faults] if isinstance(run.faults, list) else []
-    return paragraphs(lines) + faults_box('What process could not use', faults)
+    return paragraphs(lines) + faults_box('What process could not use', run.faults)
 
 
 def _overview(results: Results, times: Timing, pictures: SampleFrames) -> str:

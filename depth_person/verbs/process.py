@@ -5,6 +5,7 @@ import argparse
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import asdict
+from itertools import product
 from pathlib import Path
 import sys
 from typing import Any
@@ -35,7 +36,6 @@ from depth_person.replay.unfinished import (
 from depth_person.settings.depth import DepthSettings
 from depth_person.settings.files import node_settings
 from depth_person.settings.pose import PoseSettings
-from depth_person.verbs.outputs import spare
 
 #: Exit codes beside 0, everything was used, and 1, nothing could be done.
 _PARTLY, _INTERRUPTED = 3, 130
@@ -107,8 +107,8 @@ def _check_output(args: argparse.Namespace) -> None:
     if not out.name:
         raise DepthPersonError(f'{out} is no name for a new folder')
     places = out, out.with_name(f'{out.name}.before')
-    for place in places:
-        spare(args.bags, place)
+    for source, place in product(args.bags, places):
+        _keep_apart(source, place)
     try:
         taken = [place for place in places if place.exists()]
         strange = [place for place in taken if not (place / 'process.json').exists()]
@@ -122,11 +122,22 @@ def _check_output(args: argparse.Namespace) -> None:
             f'{strange[0]} is no bag of results; it is not overwritten: it may be a recording')
 
 
+def _keep_apart(source: Path, target: Path) -> None:
+    """Raise DepthPersonError when replacing the target would touch the source."""
+    read, written = source.resolve(), target.resolve()
+    if written == read:
+        raise DepthPersonError(f'{target} is one of the bags to read; name another')
+    if read in written.parents:
+        raise DepthPersonError(f'{target} lies within {source}, which is read; name another')
+    if written in read.parents:
+        raise DepthPersonError(f'{source}, which is read, lies within {target}; name another')
+
+
 def _process(args: argparse.Namespace, bags: InputBags) -> Outcome | RunRecord:
     """Write the bag; return the record of the run where that has been done before."""
     job = _job(args, bags)
     pose, depth = _settings(args)
-    namespace = f'/{args.namespace.strip("/")}/'.replace('//', '/')
+    namespace = args.namespace.rstrip('/') + '/'
     codec = ResultCodec(depth, namespace=namespace)
     # What decides the results, and so whether a run can go on.
     settings = {
