@@ -66,11 +66,11 @@ def mean_apart(points: Array, others: Array) -> NDArray[np.floating]:
     return mean_known(np.hypot(distance[..., 0], distance[..., 1]))
 
 
-def mean_known(distances: Array) -> NDArray[np.floating]:
+def mean_known(values: Array) -> NDArray[np.floating]:
     """Return the means along the last axis of what is known, not NaN; infinite for none."""
-    known = np.isfinite(distances)
+    known = np.isfinite(values)
     count = known.sum(-1)
-    mean = np.where(known, distances, np.float32(0)).sum(-1) / np.maximum(count, 1)
+    mean = np.where(known, values, np.float32(0)).sum(-1) / np.maximum(count, 1)
     return np.where(count > 0, mean, np.inf)
 
 
