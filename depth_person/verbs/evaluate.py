@@ -133,11 +133,24 @@ def _mounting(args: argparse.Namespace) -> Mounting | None:
             raise DepthPersonError(
                 '--camera-height, --camera-pitch and --attitude-sigma go with --mounting fixed')
         return None if args.mounting == 'truth' else Mounting()
-    usual = InputSettings()
+    return fixed_mounting(
+        args.camera_height, pitch_deg=args.camera_pitch or 0.0,
+        attitude_sigma_deg=args.attitude_sigma or InputSettings().attitude_sigma)
+
+
+def fixed_mounting(
+    height: float | None, *, pitch_deg: float, attitude_sigma_deg: float,
+) -> Mounting:
+    """
+    Return what `--mounting fixed` tells of a camera.
+
+    :param height: above the ground that people stand on, metres; None where it is not known.
+    :param pitch_deg: how far it looks down, degrees.
+    :param attitude_sigma_deg: how surely, degrees.
+    """
     return Mounting(
-        level_gravity(pitch_down=math.radians(args.camera_pitch or 0.0), roll_cw=0.0),
-        math.radians(args.attitude_sigma or usual.attitude_sigma),
-        args.camera_height, usual.camera_height_sigma)
+        level_gravity(pitch_down=math.radians(pitch_deg), roll_cw=0.0),
+        math.radians(attitude_sigma_deg), height, InputSettings().camera_height_sigma)
 
 
 def _plotter() -> Callable[[list[Sample], Path], list[Path]]:

@@ -14,31 +14,22 @@ from __future__ import annotations
 import argparse
 from collections.abc import Iterable
 from itertools import chain, product
-import math
 from pathlib import Path
 
 import numpy as np
 
-from depth_person.distance.attitude import level_gravity
 from depth_person.distance.estimator import Mounting
 from depth_person.distance.estimators import make_estimator
 from depth_person.replay.evaluate import Evaluation, Sample
 from depth_person.replay.keypoints import RecordedKeypoints
 from depth_person.replay.metrics import figures
 from depth_person.replay.reading import read_dataset
-from depth_person.settings.inputs import InputSettings
+from depth_person.verbs.evaluate import fixed_mounting
 
 HEIGHTS = np.arange(1.40, 1.81, 0.05)
 PITCHES_DEG = np.arange(-1.0, 1.01, 0.25)
 ATTITUDE_SIGMAS_DEG = 0.25, 0.5, 1.0
 NEAR_M, FAR_M = 3.0, 20.0
-
-
-def mounting(height: float, pitch_deg: float, sigma_deg: float) -> Mounting:
-    """Return a camera that looks ahead, a little down."""
-    return Mounting(
-        level_gravity(pitch_down=math.radians(pitch_deg), roll_cw=0.0), math.radians(sigma_deg),
-        height, InputSettings().camera_height_sigma)
 
 
 def log_likelihood(samples: Iterable[Sample]) -> float:
@@ -72,16 +63,17 @@ def main() -> None:
 
     untold = measured(Mounting())
     tried = {
-        told: measured(mounting(*told))
-        for told in product(HEIGHTS, PITCHES_DEG, ATTITUDE_SIGMAS_DEG)}
+        (height, pitch, sigma): measured(
+            fixed_mounting(height, pitch_deg=pitch, attitude_sigma_deg=sigma))
+        for height, pitch, sigma in product(HEIGHTS, PITCHES_DEG, ATTITUDE_SIGMAS_DEG)}
     part_of = np.random.default_rng(0).permutation(len(untold)) % args.parts
     held_out: list[Sample] = []
     for part in range(args.parts):
         others, own = np.flatnonzero(part_of != part), np.flatnonzero(part_of == part)
         best = max(tried, key=lambda told: log_likelihood(
             sample for frame in others for sample in tried[told][frame]))
-        print(f'part {part + 1}: {best[0]:.2f} m, {best[1]:+.2f} degrees down, to '
-              f'{best[2]:g} degrees')
+        height, pitch, sigma = best
+        print(f'part {part + 1}: {height:.2f} m, {pitch:+.2f} degrees down, to {sigma:g} degrees')
         held_out += [sample for frame in own for sample in tried[best][frame]]
     everybody = [*chain.from_iterable(untold)]
     for name, samples in (('nothing told', everybody), ('learnt without them', held_out)):
