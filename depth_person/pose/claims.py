@@ -31,7 +31,8 @@ _JUMP, _NEARER_OTHER = 0.12, 0.5
 _SAME_MARK = 0.02
 #: Whoever loses more than this share of the marks to others is no person of its own.
 _MOST_LOST = 0.3
-#: A track that turns out to be somebody else's so soon was never a person's.
+#: A track that turns out to be somebody else's so soon, before it was apart from them, was never
+#: a person's.
 _YOUNG_NS = 1_000_000_000
 
 
@@ -93,7 +94,7 @@ def chosen(seen: Seen, marked: Array) -> Array:
 
 def is_young(track: Track | None, stamp_ns: int) -> bool:
     """Return whether it has been followed for so short a time that it may be nobody."""
-    return track is None or stamp_ns - track.started_ns < _YOUNG_NS
+    return track is None or not (track.apart or stamp_ns - track.started_ns >= _YOUNG_NS)
 
 
 def refuse_doubles(seen: Seen, keypoints: Array) -> Bools:

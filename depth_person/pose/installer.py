@@ -25,8 +25,8 @@ _ATTRIBUTION = """\
 {name}
 
 MoveNet, by Google; converted to TensorFlow.js by Vladimir Mandic and published in the
-{source}. depth_person took its backbone and raw heads
-and converted them to ONNX; the weights are unchanged.
+{source}. depth_person took its backbone and heads and
+converted them to ONNX, with decoding of its own; the weights are unchanged.
 
 Licensed under the Apache License, Version 2.0 (the "License"); you may not use this network
 except in compliance with the License. You may obtain a copy of the License at

@@ -18,9 +18,11 @@ from depth_person.pose.runtime import check_finite, open_session
 from depth_person.pose.skeleton import from_coco17
 
 INPUT = 'image'
-#: Outputs that every MoveNet has, and those that only the one for many people has.
+#: What every MoveNet works out, and what only the one for many people does, which gives both.
 HEADS = ('center', 'keypoint_regression', 'keypoint_heatmap', 'keypoint_offset')
 BOX_HEADS = ('box_scale', 'box_offset')
+#: What a network for one person gives: keypoints as the original graphs mark them, and fitted.
+MARKED, FITTED = 'keypoints', 'keypoints_fitted'
 
 #: Sides of the input of the network for many people are multiples of this.
 SIDE_STEP = 32
@@ -74,7 +76,7 @@ class MoveNet:
         :raises DepthPersonError: when the file is not such a network.
         """
         self._session = open_session(path, threads=threads, provider=provider)
-        self.side, self._heads = read_interface(self._session, path)
+        self.side, self._outputs = read_interface(self._session, path)
         self._min_score, self._max_people = min_score, max_people
         self._input_size = input_size if self.side is None else self.side
         self._looks_again = self.side is None and input_size > TRAINED_SIDE
@@ -119,10 +121,10 @@ class MoveNet:
         letterbox = self._letterbox(image, input_side)
         network_image = letterbox.fill(image)
         start = time.perf_counter()
-        heads = self._session.run(self._heads, {INPUT: network_image})
+        outputs = self._session.run(self._outputs, {INPUT: network_image})
         self.inference_s += time.perf_counter() - start
-        check_finite(heads[0], output=self._heads[0], network=self._session.name)
-        keypoints, boxes = self._decode([head[0] for head in heads])
+        check_finite(outputs[-1], output=self._outputs[-1], network=self._session.name)
+        keypoints, boxes = self._decode(outputs)
         keypoints[..., :2] = letterbox.to_raw(keypoints[..., :2] * STRIDE)
         corners = letterbox.to_raw(boxes.reshape(-1, 2, 2) * STRIDE)
         return keypoints, corners.reshape(-1, 4)
@@ -137,14 +139,14 @@ class MoveNet:
         return self._letterboxes[key]
 
     def _decode(
-        self, heads: Sequence[NDArray[np.float32]],
+        self, outputs: Sequence[NDArray[np.float32]],
     ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """Return (n, 17, 3) x, y, score and (n, 4) boxes in cells; NaN for what is missing."""
         if self.side is None:
             keypoints, boxes = decode.decode_multi(
-                *heads, min_score=self._min_score, max_people=_CANDIDATES)
+                *(head[0] for head in outputs), min_score=self._min_score, max_people=_CANDIDATES)
         else:
-            keypoints = decode.decode_single(*heads)[None]
+            keypoints, = outputs
             boxes = np.full((1, 4), np.nan, np.float32)
         keypoints[keypoints[..., 2] < self._min_score] = np.nan
         people = np.isfinite(keypoints[..., 2]).sum(1) >= MIN_KEYPOINTS
@@ -197,28 +199,27 @@ class Letterbox:
 
 
 def read_interface(
-    session: onnxruntime.InferenceSession, path: Path,
-) -> tuple[int | None, list[str]]:
+    session: onnxruntime.InferenceSession, path: Path, *, keypoints: str = MARKED,
+) -> tuple[int | None, tuple[str, ...]]:
     """
-    Return the side of a network's input, None for any, and the heads to read.
+    Return the side of a network's input, None for any, and the outputs to read.
 
+    :param keypoints: which ones a network for one person should give, MARKED or FITTED.
     :raises DepthPersonError: when it is no MoveNet that depth_person has written.
     """
     inputs = {value.name: value for value in session.get_inputs()}
     outputs = {value.name for value in session.get_outputs()}
-    heads = list(HEADS)
-    if outputs.issuperset(BOX_HEADS):
-        heads += BOX_HEADS
-    if (set(inputs) == {INPUT} and outputs.issuperset(heads)
-            and inputs[INPUT].type == 'tensor(uint8)' and len(inputs[INPUT].shape) == 4):
+    if (set(inputs) == {INPUT} and inputs[INPUT].type == 'tensor(uint8)'
+            and len(inputs[INPUT].shape) == 4):
         side = inputs[INPUT].shape[1]
-        if len(heads) > len(HEADS):
-            return None, heads
-        if isinstance(side, int):
-            return side, heads
+        if outputs.issuperset(HEADS + BOX_HEADS):
+            return None, HEADS + BOX_HEADS
+        if isinstance(side, int) and keypoints in outputs:
+            return side, (keypoints,)
     raise DepthPersonError(
-        f'{path} has not the input ({INPUT}) and the outputs ({", ".join(HEADS)}) of the MoveNet '
-        'that depth_person writes; install one: depth_person models install')
+        f'{path} has not the input ({INPUT}) and the outputs ({MARKED}, {FITTED}; for many people '
+        f'{", ".join(HEADS + BOX_HEADS)}) of a MoveNet that depth_person writes; install one: '
+        'depth_person models install')
 
 
 def one_per_person(

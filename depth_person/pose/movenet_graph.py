@@ -4,12 +4,12 @@ from __future__ import annotations
 from pathlib import Path
 
 from depth_person.errors import DepthPersonError
-from depth_person.pose.movenet import BOX_HEADS, HEADS, INPUT
+from depth_person.pose.movenet import BOX_HEADS, HEADS, INPUT, STRIDE
 
 try:
     import onnx
 
-    from depth_person.pose import onnx_writer
+    from depth_person.pose import movenet_keypoints, onnx_writer
 except ImportError as error:
     raise DepthPersonError(
         'converting a model needs the onnx package: pip install onnx') from error
@@ -29,7 +29,7 @@ _SCORES = ('center', 'keypoint_heatmap')
 
 def convert_movenet(graph_file: Path, target: Path, *, side: int | None) -> None:
     """
-    Write the backbone and raw heads of a MoveNet as ONNX.
+    Write a MoveNet as ONNX: for many people its raw heads, for one person keypoints.
 
     :param graph_file: the JSON file; its weights lie beside it.
     :param side: of the square input of a network for one person, which then takes a batch; None
@@ -41,4 +41,7 @@ def convert_movenet(graph_file: Path, target: Path, *, side: int | None) -> None
     model = onnx_writer.convert(
         graph, {name: graph.scope_end(_SCOPES[name]) for name in names}, sigmoid=_SCORES,
         image=INPUT, image_shape=['batch', side, side, 3] if side else [1, 'height', 'width', 3])
+    if side:
+        model = movenet_keypoints.with_keypoints(
+            onnx_writer.with_scales(model), side=side // STRIDE)
     onnx.save(model, target)

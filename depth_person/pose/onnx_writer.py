@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 import onnx
-from onnx import helper, numpy_helper, TensorProto
+from onnx import helper, numpy_helper, shape_inference, TensorProto
 
 from depth_person import __version__
 from depth_person.errors import DepthPersonError
@@ -51,6 +51,38 @@ def convert(
         opset_imports=[helper.make_opsetid('', OPSET)], ir_version=IR_VERSION,
         producer_name='depth_person', producer_version=__version__)
     onnx.checker.check_model(model, full_check=True)
+    return model
+
+
+def with_scales(model: onnx.ModelProto) -> onnx.ModelProto:
+    """
+    Return a network whose resizing to a fixed size is told by scales.
+
+    So ONNX Runtime keeps the layout that its convolutions have. And when it lays quantized
+    networks out anew, it takes the sizes of two axes for those of all four, and refuses them.
+    """
+    inferred = shape_inference.infer_shapes(model)
+    shapes = {value.name: [side.dim_value for side in value.type.tensor_type.shape.dim]
+              for value in inferred.graph.value_info}
+    fixed = {value.name: numpy_helper.to_array(value) for value in model.graph.initializer}
+    for node in model.graph.node:
+        axes = next((list(each.ints) for each in node.attribute if each.name == 'axes'), [])
+        shape = np.array(shapes.get(node.input[0], [0] * 4))
+        if (node.op_type != 'Resize' or not axes or not fixed.keys() & set(node.input[3:4])
+                or not shape[axes].all()):  # a side of any length is 0 here
+            continue
+        scales = np.ones(4, np.float32)
+        scales[axes] = fixed[node.input[3]] / shape[axes]
+        name = f'{node.output[0]}_scales'
+        model.graph.initializer.append(numpy_helper.from_array(scales, name))
+        others = [each for each in node.attribute if each.name != 'axes']
+        del node.input[1:], node.attribute[:]
+        node.input.extend(['', name])
+        node.attribute.extend(others)
+    used = {name for node in model.graph.node for name in node.input}
+    kept = [value for value in model.graph.initializer if value.name in used]
+    del model.graph.initializer[:]
+    model.graph.initializer.extend(kept)
     return model
 
 

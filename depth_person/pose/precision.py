@@ -20,6 +20,9 @@ try:
     import onnx
     from onnxruntime.quantization import CalibrationDataReader, quantize_static, QuantType
     from onnxruntime.transformers.float16 import convert_float_to_float16
+
+    from depth_person.pose.movenet_keypoints import PREFIX
+    from depth_person.pose.onnx_writer import with_scales
 except ImportError as error:
     raise DepthPersonError(
         'converting a model needs the onnx package: pip install onnx') from error
@@ -98,48 +101,19 @@ def _halve(source: Path, target: Path) -> None:
 
 def _quantize(source: Path, target: Path, calibration: Calibration) -> None:
     resized = target.with_suffix('.resized.onnx')
-    onnx.save(_with_scales(onnx.load(source)), resized)
+    model = with_scales(onnx.load(source))
+    # These count cells, for which half precision is just enough, and bytes are not.
+    exact = [node.name for node in model.graph.node if node.name.startswith(PREFIX)]
+    onnx.save(model, resized)
     logger = logging.getLogger()  # where the quantizer writes hints for developers
     level = logger.level
     logger.setLevel(logging.ERROR)
     try:
         quantize_static(
             resized, target, calibration, per_channel=True, activation_type=QuantType.QUInt8,
-            weight_type=QuantType.QInt8)
+            weight_type=QuantType.QInt8, nodes_to_exclude=exact)
     finally:
         logger.setLevel(level)
-
-
-def _with_scales(model: onnx.ModelProto) -> onnx.ModelProto:
-    """
-    Return a network whose resizing to a fixed size is told by scales.
-
-    When ONNX Runtime lays quantized networks out anew, it takes the sizes of two axes for those
-    of all four, and refuses the network.
-    """
-    inferred = onnx.shape_inference.infer_shapes(model)
-    shapes = {value.name: [side.dim_value for side in value.type.tensor_type.shape.dim]
-              for value in inferred.graph.value_info}
-    fixed = {value.name: onnx.numpy_helper.to_array(value) for value in model.graph.initializer}
-    for node in model.graph.node:
-        axes = next((list(each.ints) for each in node.attribute if each.name == 'axes'), [])
-        shape = np.array(shapes.get(node.input[0], [0] * 4))
-        if (node.op_type != 'Resize' or not axes or not fixed.keys() & set(node.input[3:4])
-                or not shape[axes].all()):  # a side of any length is 0 here
-            continue
-        scales = np.ones(4, np.float32)
-        scales[axes] = fixed[node.input[3]] / shape[axes]
-        name = f'{node.output[0]}_scales'
-        model.graph.initializer.append(onnx.numpy_helper.from_array(scales, name))
-        others = [each for each in node.attribute if each.name != 'axes']
-        del node.input[1:], node.attribute[:]
-        node.input.extend(['', name])
-        node.attribute.extend(others)
-    used = {name for node in model.graph.node for name in node.input}
-    kept = [value for value in model.graph.initializer if value.name in used]
-    del model.graph.initializer[:]
-    model.graph.initializer.extend(kept)
-    return model
 
 
 class Calibration(CalibrationDataReader):

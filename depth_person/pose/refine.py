@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depth_person.errors import DepthPersonError
-from depth_person.pose import decode
 from depth_person.pose.cutting import CropCutter
-from depth_person.pose.movenet import INPUT, read_interface, STRIDE
+from depth_person.pose.decode import N_COCO17
+from depth_person.pose.movenet import FITTED, INPUT, read_interface, STRIDE
 from depth_person.pose.runtime import check_finite, open_session
 from depth_person.pose.skeleton import from_coco17
 
@@ -37,7 +37,7 @@ class Refiner:
         :raises DepthPersonError: when it is none.
         """
         self._session = open_session(path, threads=threads, provider=provider)
-        side, self._heads = read_interface(self._session, path)
+        side, self._outputs = read_interface(self._session, path, keypoints=FITTED)
         if side is None:
             raise DepthPersonError(
                 f'{path} is the network for many people, refiner takes one for one person: '
@@ -61,14 +61,13 @@ class Refiner:
         """
         self.inference_s = 0.0
         if not len(centres):
-            return from_coco17(np.empty((0, decode.N_COCO17, 3), np.float32))
+            return from_coco17(np.empty((0, N_COCO17, 3), np.float32))
         crops = self._cutter.cut(image, centres, sides)
         start = time.perf_counter()
-        heads = self._session.run(self._heads, {INPUT: crops})
+        keypoints, = self._session.run(self._outputs, {INPUT: crops.images})
         self.inference_s = time.perf_counter() - start
-        check_finite(heads[0], output=self._heads[0], network=self._session.name)
-        keypoints = decode.decode_crops(*heads)
+        check_finite(keypoints, output=FITTED, network=self._session.name)
         in_crop = keypoints[..., :2] * STRIDE + (self._lean - np.float32(self.side / 2))
-        scale = (sides / np.float32(self.side))[:, None, None]
-        keypoints[..., :2] = in_crop * scale + centres[:, None]
+        scale = (crops.sides / np.float32(self.side))[:, None, None]
+        keypoints[..., :2] = in_crop * scale + crops.centres[:, None]
         return from_coco17(keypoints)

@@ -19,7 +19,7 @@ DEFAULT_MODEL = 'movenet-multipose'
 DEFAULT_REFINER = 'movenet-lightning'
 
 #: Raised when installed models must be converted again.
-_FORMAT = 1
+_FORMAT = 2
 _RECORD = 'model.json'
 
 

@@ -20,6 +20,8 @@ _GATE_A_SECOND = 0.5
 MAY_HAVE_STOPPED_S = 0.25
 #: A person does not seem larger or smaller by more than this factor from one look to the next.
 _SIZE_FACTOR = 2.0
+#: People who are further apart than this, over the larger one's size, are not the same.
+_TWO_PEOPLE = 0.3
 #: Shares of the newest in what is kept of velocity and size.
 _VELOCITY_GAIN = 0.4
 _SIZE_GAIN = 0.3
@@ -36,6 +38,7 @@ class Track:
     :ivar size: of the body in the image, as body_sizes tells it.
     :ivar velocity: (2,) pixels a second.
     :ivar started_ns: when it was found.
+    :ivar apart: whether it has been seen apart from everybody else, so that it is somebody.
     """
 
     track_id: int
@@ -44,6 +47,7 @@ class Track:
     size: float
     velocity: Array
     started_ns: int
+    apart: bool = False
 
     def missed_s(self, stamp_ns: int) -> float:
         """Return for how long nobody has seen it."""
@@ -119,6 +123,17 @@ class Tracker:
         self._next_id += 1
         self.tracks.append(track)
         return track
+
+    def note_apart(self) -> None:
+        """Note who is apart from all others, in a frame in which nobody is missing."""
+        if all(track.apart for track in self.tracks) or any(
+                track.stamp_ns != self._stamp_ns for track in self.tracks):
+            return
+        points = np.stack([track.points for track in self.tracks])
+        sizes = np.array([track.size for track in self.tracks])
+        near = mean_apart(points, points) < _TWO_PEOPLE * np.maximum(sizes[:, None], sizes)
+        for track, others in zip(self.tracks, near.sum(1) - 1, strict=True):
+            track.apart |= not others
 
     def pairs(self, points: Array, stamp_ns: int) -> list[tuple[int, Track]]:
         """

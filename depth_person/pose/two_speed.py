@@ -153,6 +153,7 @@ class TwoSpeed:
         tracks = [
             self._tracker.follow(seen.tracks[row], place, float(size), seen.stamp_ns)
             for row, place, size in zip(rows, points, body_sizes(points), strict=True)]
+        self._tracker.note_apart()
         order = sorted(range(len(tracks)), key=lambda index: -tracks[index].size)
         order = order[:self._max_people]
         ids = [tracks[index].track_id for index in order]

@@ -5,9 +5,8 @@ from drawn_heads import DrawnHeads
 from hypothesis import given, settings
 from hypothesis import strategies as st
 import numpy as np
-import pytest
 
-from depth_person.pose.decode import decode_crops, decode_multi, decode_single
+from depth_person.pose.decode import decode_multi
 
 NINE = [(x, y) for y in (12.25, 35.5, 58.75) for x in (10.5, 40.125, 70.875)]
 
@@ -107,63 +106,3 @@ def test_a_search_that_need_not_reach_far_finds_the_same():
     near_counts = near[..., 2] >= 0.5
     assert near_counts.any()
     np.testing.assert_array_equal(far[near_counts], near[near_counts])
-
-
-@pytest.mark.parametrize('other_score', [0.85, 0.95])
-def test_the_single_person_is_the_one_nearest_the_middle(other_score):
-    heads = DrawnHeads(64, 64)
-    heads.draw(10.5, 30.5, score=other_score)
-    drawn = heads.draw(30.5, 31.5, score=0.9)
-    person = decode_single(*heads.single)
-    np.testing.assert_allclose(person[:, :2], drawn, atol=1e-4)
-    np.testing.assert_allclose(person[:, 2], 0.9, atol=1e-6)
-
-
-def test_the_single_person_may_be_off_the_middle():
-    heads = DrawnHeads(48, 48)
-    drawn = heads.draw(12.25, 18.75)
-    np.testing.assert_allclose(decode_single(*heads.single)[:, :2], drawn, atol=1e-4)
-
-
-def drawn_gaussian(place, *, offset_error=0.0):
-    """Return the heads of one crop whose heat is centred between cells, and their keypoints."""
-    heads = DrawnHeads(48, 48)
-    keypoints = heads.draw(*place)
-    rows, columns = np.indices((48, 48))
-    for index, (u, v) in enumerate(keypoints):
-        heads.heatmap[index] = 0.9 * np.exp(
-            -((columns + 0.5 - u) ** 2 + (rows + 0.5 - v) ** 2) / 2)
-        heads.offset[2 * index:2 * index + 2] = (v - rows, u - columns)
-    heads.offset += np.float32(offset_error)
-    return [head[None] for head in heads.single], keypoints
-
-
-@settings(max_examples=10)
-@given(x=st.floats(15, 33), y=st.floats(15, 33))
-def test_a_fitted_peak_is_where_heat_and_offset_agree(x, y):
-    heads, keypoints = drawn_gaussian((x, y))
-    found, = decode_crops(*heads)
-    np.testing.assert_allclose(found[:, :2], keypoints, atol=0.1)  # heat is cut off at 2 cells
-
-
-def test_a_fitted_peak_halves_the_error_of_the_offset():
-    heads, keypoints = drawn_gaussian((24.5, 24.5), offset_error=0.5)
-    fitted, = decode_crops(*heads)
-    raw, = decode_crops(*heads, fit_peaks=False)
-    np.testing.assert_allclose(raw[:, :2] - keypoints, 0.5, atol=1e-3)
-    np.testing.assert_allclose(fitted[:, :2] - keypoints, 0.25, atol=0.1)
-
-
-def test_crops_are_decoded_each_by_itself():
-    alone = [drawn_gaussian(place)[0] for place in ((20.5, 20.5), (30.25, 26.75))]
-    together = decode_crops(*(np.concatenate(heads) for heads in zip(*alone, strict=True)))
-    for index, heads in enumerate(alone):
-        np.testing.assert_array_equal(together[index], decode_crops(*heads)[0])
-
-
-def test_a_peak_at_the_rim_is_fitted_from_what_there_is():
-    heads = DrawnHeads(48, 48)
-    heads.draw(30.0, 9.8)  # the eyes are in the first row
-    found, = decode_crops(*(head[None] for head in heads.single))
-    assert np.isfinite(found).all()
-    assert (found[:, :2] >= 0).all()

@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 import numpy as np
 import pytest
 
+from depth_person.pose.claims import is_young
 from depth_person.pose.skeleton import from_coco17
 from depth_person.pose.tracking import Tracker
 
@@ -119,3 +120,25 @@ def test_ids_differ_within_a_frame_and_never_come_back(frames):
         if step_ms:
             assert min(ids, default=highest + 1) > highest
         highest = max([highest, *ids])
+
+
+def apart(tracker):
+    tracker.note_apart()
+    return [track.apart for track in tracker.tracks]
+
+
+def test_who_was_seen_apart_from_all_others_stays_somebody():
+    tracker = Tracker()
+    tracker.update(people((100, 100), (140, 100), (500, 100)), 0)
+    assert apart(tracker) == [False, False, True]
+    tracker.update(people((100, 100), (200, 100), (220, 100)), ns(1.0))
+    assert apart(tracker) == [True, False, True]
+    assert [is_young(track, ns(0.5)) for track in tracker.tracks] == [False, True, False]
+    assert not any(is_young(track, ns(1.0)) for track in tracker.tracks)
+
+
+def test_while_somebody_is_missing_anybody_may_be_that_person():
+    tracker = Tracker()
+    tracker.update(people((100, 100), (140, 100)), 0)
+    assert tracker.update(people((100, 100), (800, 100)), ns(0.1)).tolist() == [1, 3]
+    assert apart(tracker) == [False, False, False]
