@@ -129,11 +129,11 @@ def apart(tracker):
 
 def test_who_was_seen_apart_from_all_others_stays_somebody():
     tracker = Tracker()
-    tracker.update(people((100, 100), (140, 100), (500, 100)), 0)
+    tracker.update(people((100, 100), (140, 100), (300, 100)), 0)
     assert apart(tracker) == [False, False, True]
-    tracker.update(people((100, 100), (200, 100), (220, 100)), ns(1.0))
+    tracker.update(people((60, 100), (180, 100), (210, 100)), ns(0.5))
     assert apart(tracker) == [True, False, True]
-    assert [is_young(track, ns(0.5)) for track in tracker.tracks] == [False, True, False]
+    assert [is_young(track, ns(0.9)) for track in tracker.tracks] == [False, True, False]
     assert not any(is_young(track, ns(1.0)) for track in tracker.tracks)
 
 
