@@ -79,12 +79,13 @@ class CropCutter:
         if whole and times == 1:
             return part
         square = self._canvas[:length, :length]
-        if not whole:
-            square.fill(0)
+        above, left_of = rows.start - top, columns.start - left
+        inside = square[above:rows.stop - top, left_of:columns.stop - left]
         if part.size:
-            inside = square[rows.start - top:rows.stop - top,
-                            columns.start - left:columns.stop - left]
             cv2.resize(part, inside.shape[1::-1], dst=inside, interpolation=cv2.INTER_AREA)
+        for beyond in (square[:above], square[rows.stop - top:], square[:, :left_of],
+                       square[:, columns.stop - left:]):
+            beyond.fill(0)
         return square
 
 
