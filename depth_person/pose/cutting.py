@@ -45,7 +45,9 @@ class CropCutter:
 
     def cut(self, image: Image, centres: Array, sides: Array) -> Crops:
         """
-        Return crops where they are wanted, to whole pixels of the frame or of what it shrinks to.
+        Return crops where they are wanted; those that shrink, to whole pixels.
+
+        They are pixels of the frame, or of what it is shrunk to.
 
         :param image: (height, width, 3) BGR.
         :param centres: (n, 2) of the square crops, raw pixels.
@@ -54,20 +56,33 @@ class CropCutter:
         if len(self._crops) < len(centres):
             self._crops = np.empty((len(centres), self._side, self._side, 3), np.uint8)
         crops = self._crops[:len(centres)]
-        places = np.empty((len(centres), 3), np.float32)
-        for crop, place, (x, y), side in zip(
-                crops, places, centres.tolist(), sides.tolist(), strict=True):
-            times = 2 ** math.ceil(math.log2(max(side / (_MOST_SHRINKING * self._side), 1)))
-            length = max(round(side / times), 1)
-            left, top = (
-                math.floor((centre + 0.5) / times - length / 2 + 0.5) for centre in (x, y))
-            source = self._shrunk(image, left, top, length, times)
-            cv2.resize(source, (self._side, self._side), dst=self._resized)
+        places = np.column_stack([centres, sides])
+        for crop, place in zip(crops, places, strict=True):
+            (self._enlarge if place[2] < self._side else self._shrink)(image, place)
             cv2.cvtColor(self._resized, cv2.COLOR_BGR2RGB, dst=crop)
-            place[:] = (
-                times * (left + length / 2) - 0.5, times * (top + length / 2) - 0.5,
-                times * length)
         return Crops(crops, places[:, :2], places[:, 2])
+
+    def _enlarge(self, image: Image, place: Array) -> None:
+        """Cut out what lies at a place: x and y of its centre, its side."""
+        x, y, side = place.tolist()
+        scale = side / self._side
+        reach = scale * (self._side - 1) / 2
+        cv2.warpAffine(
+            image, np.array([[scale, 0, x - reach], [0, scale, y - reach]]),
+            (self._side, self._side), dst=self._resized,
+            flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP)
+
+    def _shrink(self, image: Image, place: Array) -> None:
+        """Cut out what lies about at a place, and let it say where that is."""
+        x, y, side = place.tolist()
+        times = 2 ** math.ceil(math.log2(max(side / (_MOST_SHRINKING * self._side), 1)))
+        length = round(side / times)
+        left, top = (
+            math.floor((centre + 0.5) / times - length / 2 + 0.5) for centre in (x, y))
+        cv2.resize(self._shrunk(image, left, top, length, times), (self._side, self._side),
+                   dst=self._resized)
+        place[:] = (
+            times * (left + length / 2) - 0.5, times * (top + length / 2) - 0.5, times * length)
 
     def _shrunk(self, image: Image, left: int, top: int, length: int, times: int) -> Image:
         """Return a square of an image shrunk so many times, told in the shrunk one's pixels."""

@@ -55,6 +55,7 @@ def comparison(name, seen):
 def test_a_bag_gives_its_golden_values(seen, name):
     result = comparison(name, seen)
     assert result.agree, np.flatnonzero(result.beyond)
+    assert not result.id_moved.any()
 
 
 def patched(owner, name, change):

@@ -1,7 +1,7 @@
 """The regression bags, what is done with each, and what must come of it."""
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 import math
 from pathlib import Path
 from typing import Any
@@ -33,6 +33,9 @@ DRONE_HEIGHT, DRONE_PITCH_DEG = 8.0, 35.0
 #: Of what a network finds in images: versions of its runtime differ a little, and now and then
 #: one finds a person in a frame whom another does not.
 IMAGES = Tolerances(range=0.03, position=0.05, sigma=0.3, allow=0.15)
+#: While one passes in front of the other, whose a keypoint is hangs on less than versions of OpenCV
+#: differ by. Their ids must stay all the same.
+OVERLAPPING = replace(IMAGES, allow=0.4)
 #: Of what is computed from recorded keypoints.
 NUMBERS = Tolerances(range=0.01, position=0.01, sigma=0.1)
 
@@ -76,7 +79,7 @@ class Case:
 CASES = {
     'walker': Case('walker'),
     'walker_shoulders': Case('walker', {'estimator': 'shoulder', 'shoulder_width': 0.33}),
-    'crossing': Case('crossing'),
+    'crossing': Case('crossing', tolerances=OVERLAPPING),
     'half_hidden': Case('half_hidden'),
     'turned': Case('turned'),
     'measured_neck': Case('measured_neck', {
