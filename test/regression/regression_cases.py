@@ -33,7 +33,7 @@ DRONE_HEIGHT, DRONE_PITCH_DEG = 8.0, 35.0
 #: Of what a network finds in images: versions of its runtime differ a little, and now and then
 #: one finds a person in a frame whom another does not.
 IMAGES = Tolerances(range=0.03, position=0.05, sigma=0.3, allow=0.15)
-#: While one passes in front of the other, whose a keypoint is hangs on less than versions of OpenCV
+#: While one passes before the other, whose a keypoint is hangs on less than versions of OpenCV
 #: differ by. Their ids must stay all the same.
 OVERLAPPING = replace(IMAGES, allow=0.4)
 #: Of what is computed from recorded keypoints.
