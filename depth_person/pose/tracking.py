@@ -125,7 +125,7 @@ class Tracker:
         return track
 
     def note_apart(self) -> None:
-        """Note who is apart from all others, in a frame in which nobody is missing."""
+        """Note who was apart from all others in the last frame, if nobody was missing there."""
         if all(track.apart for track in self.tracks) or any(
                 track.stamp_ns != self._stamp_ns for track in self.tracks):
             return

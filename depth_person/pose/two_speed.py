@@ -87,6 +87,7 @@ class TwoSpeed:
 
     def _begin(self, frame: Frame) -> None:
         """Forget everybody where a frame belongs to another stream than the one before."""
+        self._tracker.note_apart()
         if self._tracker.advance(frame.stamp_ns) or frame.image.shape != self._shape:
             self._tracker.tracks.clear()
             self._schedule.restart()
@@ -153,7 +154,6 @@ class TwoSpeed:
         tracks = [
             self._tracker.follow(seen.tracks[row], place, float(size), seen.stamp_ns)
             for row, place, size in zip(rows, points, body_sizes(points), strict=True)]
-        self._tracker.note_apart()
         order = sorted(range(len(tracks)), key=lambda index: -tracks[index].size)
         order = order[:self._max_people]
         ids = [tracks[index].track_id for index in order]

@@ -1,17 +1,22 @@
 """People are followed on crops: found once, marked at every frame, and never made up."""
 from __future__ import annotations
 
+from dataclasses import replace
+from pathlib import Path
+
 import cv2
 import numpy as np
 import pytest
 import skimage.data
 
 from depth_person.camera.frame import Frame
+from depth_person.camera.sources import open_source
 from depth_person.errors import DepthPersonError
 from depth_person.pose.pipeline import PoseEstimator, PoseOptions
 from depth_person.pose.refine import Refiner
 from depth_person.pose.skeleton import Keypoint
 
+CROSSING = Path(__file__).parents[1] / 'regression/bags/crossing'
 SHOULDERS = [Keypoint.R_SHOULDER, Keypoint.L_SHOULDER]
 FRAME_S = 0.1
 #: Upper left of her picture, 150 pixels wide, in the frames; she is 128 from there.
@@ -154,3 +159,20 @@ def test_nobody_needs_no_crop(network):
     none = refiner(picture(), np.empty((0, 2), np.float32), np.empty(0, np.float32))
     assert none.shape == (0, 18, 3)
     assert refiner.inference_s == 0.0
+
+
+@pytest.mark.parametrize('shift', [2, 3])
+def test_people_who_cross_in_their_first_second_keep_their_ids(stage, shift):
+    """They are seen apart in the first five frames, whether these are found or recalled."""
+    with open_source(str(CROSSING)) as source:
+        frames = [replace(each, image=np.roll(each.image, shift, 1))
+                  for each in iter(source.read, None)]
+    whole, resumed = stage(), stage()
+    found = [whole.estimate(each) for each in frames]
+    assert {*found[0].track_ids} == {*found[-1].track_ids} == {1, 2}
+    for each, people in zip(frames[:5], found, strict=False):
+        resumed.recall(each, people.keypoints, people.track_ids)
+    for each, people in zip(frames[5:], found[5:], strict=True):
+        again = resumed.estimate(each)
+        assert again.track_ids.tolist() == people.track_ids.tolist()
+        np.testing.assert_array_equal(again.keypoints, people.keypoints)
