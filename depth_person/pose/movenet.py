@@ -13,6 +13,7 @@ import onnxruntime
 from depth_person.errors import DepthPersonError
 from depth_person.pose import decode
 from depth_person.pose.bodies import likeness
+from depth_person.pose.graph import Graph
 from depth_person.pose.image_tensor import check_image
 from depth_person.pose.runtime import check_finite, open_session
 from depth_person.pose.skeleton import from_coco17
@@ -196,6 +197,12 @@ class Letterbox:
         self._input = np.zeros((1, rows, columns, 3), np.uint8)
         self._view = self._input[0, :self.size[1], :self.size[0]]
         self._resized = np.empty(self._view.shape, np.uint8)
+
+
+def is_movenet(graph: Graph) -> bool:
+    """Return whether a network seems to be one that depth_person writes."""
+    names = {value.name for value in (*graph.inputs, *graph.outputs)}
+    return {INPUT, *HEADS} <= names or {INPUT, FITTED} <= names
 
 
 def read_interface(

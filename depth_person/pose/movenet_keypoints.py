@@ -114,7 +114,7 @@ class _Graph:
         for index in (0, 1):
             place = self.add('Gather', [places, self.constant([index])], axis=2)
             away = self.add('Sub', [place, numbers])
-            square = self.add('Pow', [away, self.constant(2, np.float32)])
+            square = self.add('Mul', [away, away])
             squares.append(self.add('Unsqueeze', [square, self.constant([3 - index])]))
         distance = self.add('Sqrt', [self.add('Add', squares)])
         return self.add('Add', [distance, self.constant(_SOFTENING, np.float32)])

@@ -8,7 +8,7 @@ from depth_person.errors import DepthPersonError
 from depth_person.pose.blazepose import BlazePose, is_blazepose
 from depth_person.pose.graph import Graph
 from depth_person.pose.image_tensor import AUTO
-from depth_person.pose.movenet import FITTED, HEADS, INPUT, MoveNet
+from depth_person.pose.movenet import is_movenet, MoveNet
 from depth_person.pose.network import PoseNetwork
 from depth_person.pose.openpose import find_heads, OpenPose
 from depth_person.pose.options import PoseOptions
@@ -30,8 +30,7 @@ def open_network(options: PoseOptions) -> PoseNetwork:
     if options.model in MODELS:
         return _movenet(path, options)
     graph = Graph(path, threads=options.threads, provider=options.provider)
-    names = {value.name for value in (*graph.inputs, *graph.outputs)}
-    if {INPUT, *HEADS} <= names or {INPUT, FITTED} <= names:
+    if is_movenet(graph):
         return _movenet(path, options)
     graph.rehearse(side=options.input_size)
     if heads := find_heads(graph):

@@ -69,7 +69,18 @@ def test_what_is_beyond_the_frame_is_black():
     assert (crop[33:, 33:] == 200).all()
     assert not crop[:31].any()
     assert not crop[:, :31].any()
-    assert not cut(CropCutter(SIDE), image, [(-400.0, 50.0, 300.0)]).images.any()
+    crop, = cut(CropCutter(SIDE), image, [(100.0, 100.0, 64.0)]).images
+    assert (crop[:31, :31] == 200).all()
+    assert not crop[33:].any()
+    assert not crop[:, 33:].any()
+
+
+@pytest.mark.parametrize('place', [(-400, 50), (400, 50), (50, -400), (50, 400)])
+@pytest.mark.parametrize('side', [50, 64, 100, 300])
+def test_nothing_is_seen_of_a_frame_that_is_elsewhere(place, side):
+    cutter, white = CropCutter(SIDE), np.full((100, 100, 3), 255, np.uint8)
+    assert cut(cutter, white, [(50.0, 50.0, side)]).images.any()
+    assert not cut(cutter, white, [(*place, side)]).images.any()
 
 
 def test_a_crop_is_the_mean_of_the_pixels_that_it_joins():
