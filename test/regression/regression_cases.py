@@ -35,7 +35,7 @@ DRONE_HEIGHT, DRONE_PITCH_DEG = 8.0, 35.0
 IMAGES = Tolerances(range=0.03, position=0.05, sigma=0.3, allow=0.15)
 #: While one passes before the other, whose a keypoint is hangs on less than versions of OpenCV
 #: differ by. Their ids must stay all the same.
-OVERLAPPING = replace(IMAGES, allow=0.4)
+OVERLAPPING = replace(IMAGES, allow=0.3)
 #: Of what is computed from recorded keypoints.
 NUMBERS = Tolerances(range=0.01, position=0.01, sigma=0.1)
 
