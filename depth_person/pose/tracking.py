@@ -25,6 +25,9 @@ _TWO_PEOPLE = 0.3
 #: Shares of the newest in what is kept of velocity and size.
 _VELOCITY_GAIN = 0.4
 _SIZE_GAIN = 0.3
+#: Frames that follow sooner tell less of a velocity: the marks' noise, and that of stamps, is then
+#: large against the way between.
+_SOON_S = 1 / 60
 _NS = 1e-9
 
 
@@ -62,8 +65,8 @@ class Track:
         elapsed = self.missed_s(stamp_ns)
         expected = self.predicted(stamp_ns)
         off = _median_known(points - expected)
-        if elapsed > 0:
-            self.velocity = self.velocity + np.float32(_VELOCITY_GAIN / elapsed) * off
+        gain = _VELOCITY_GAIN * elapsed / max(elapsed, _SOON_S) ** 2
+        self.velocity = self.velocity + np.float32(gain) * off
         self.points = np.where(np.isnan(points), expected + off, points)
         self.size += _SIZE_GAIN * (size - self.size)
         self.stamp_ns = stamp_ns

@@ -73,6 +73,17 @@ def test_a_walker_hidden_for_a_while_is_expected_further_on():
     assert tracker.update(people((100 + 300 * back_s, 100)), ns(back_s)).tolist() == [1]
 
 
+@pytest.mark.parametrize('apart_s', [1e-9, 1e-6, 1e-3])
+def test_stamps_that_hardly_differ_tell_no_velocity(apart_s):
+    """A camera's images may come in bursts, each stamped when it arrives."""
+    tracker, ids = Tracker(), []
+    for index in range(8):
+        for extra in (0, 1):
+            time_s, x = 0.07 * index + extra * apart_s, 100 + 20 * index + 8 * extra
+            ids.append(tracker.update(people((x, 100)), ns(time_s)).tolist())
+    assert ids == [[1]] * len(ids)
+
+
 def test_a_clock_set_back_starts_anew_without_using_an_id_twice():
     tracker = Tracker()
     tracker.update(people((100, 100), (500, 100)), ns(50))
