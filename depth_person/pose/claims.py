@@ -82,14 +82,19 @@ def chosen(seen: Seen, marked: Array) -> Array:
     if not has_detection.any():
         alone: Array = np.where(good[:, None, None], marked, np.float32(np.nan))
         return alone
-    alike = np.diagonal(likeness(points, detected[..., :2], seen.sizes, seen.sizes))
-    good &= ~has_detection | (alike >= _SLIPPED)
+    good &= ~(has_detection & has_slipped(points, detected[..., :2], seen.sizes))
     sure_both = sureness(detected) * sureness(marked) >= _LEAST_SURE_OF_NEW
     good &= ~seen.new | sure_both
     sure = has_detection & ~good & (~seen.new | (sureness(detected) >= _SURE_DETECTION))
     marked = np.where(good[:, None, None], marked, np.nan)
     result: Array = np.where(sure[:, None, None], detected, marked).astype(np.float32)
     return result
+
+
+def has_slipped(points: Array, detected: Array, sizes: Array) -> Bools:
+    """Return which marks (n, 18, 2) are another's than those that the detector made there."""
+    slipped: Bools = np.diagonal(likeness(points, detected, sizes, sizes)) < _SLIPPED
+    return slipped
 
 
 def is_young(track: Track | None, stamp_ns: int) -> bool:

@@ -2,7 +2,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 from depth_person.errors import DepthPersonError
 from depth_person.pose.blazepose import BlazePose, is_blazepose
@@ -28,10 +27,10 @@ def open_network(options: PoseOptions) -> PoseNetwork:
     """
     path = model_path(options.model)
     if options.model in MODELS:
-        return _movenet(path, options)
+        return open_movenet(options)
     graph = Graph(path, threads=options.threads, provider=options.provider)
     if is_movenet(graph):
-        return _movenet(path, options)
+        return open_movenet(options)
     graph.rehearse(side=options.input_size)
     if heads := find_heads(graph):
         return OpenPose(graph, heads, options)
@@ -61,7 +60,8 @@ def _top_down(marker: CropNetwork, options: PoseOptions) -> TopDown:
     return TopDown(open_network(finder), marker, options)
 
 
-def _movenet(path: Path, options: PoseOptions) -> MoveNet:
+def open_movenet(options: PoseOptions) -> MoveNet:
+    """Return the MoveNet of a model; raise DepthPersonError when it is none."""
     return MoveNet(
-        path, input_size=options.input_size, min_score=options.min_score,
+        model_path(options.model), input_size=options.input_size, min_score=options.min_score,
         max_people=options.max_people, threads=options.threads, provider=options.provider)

@@ -1,18 +1,23 @@
 """The pose stage as one object: a frame in, tracked people out."""
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
 from depth_person.camera.frame import Frame
+from depth_person.pose.detector import Detector
 from depth_person.pose.movenet import MoveNet
 from depth_person.pose.network import PoseNetwork
-from depth_person.pose.networks import open_network
+from depth_person.pose.networks import open_movenet, open_network
 from depth_person.pose.options import NO_REFINER, PoseOptions, settled
 from depth_person.pose.people import People
 from depth_person.pose.refine import CONVENTION as CROPS_CONVENTION
 from depth_person.pose.refine import Refiner
+from depth_person.pose.runtime import halves
 from depth_person.pose.schedule import Schedule
+from depth_person.pose.scout import Scout
 from depth_person.pose.store import model_path
 from depth_person.pose.tracking import Tracker
 from depth_person.pose.two_speed import TwoSpeed
@@ -77,9 +82,13 @@ def _two_speed(
         return None
     if options.refiner == NO_REFINER:
         return None
+    beside, crops_beside = halves(options.threads)
     refiner = Refiner(
-        model_path(options.refiner), threads=options.threads, provider=options.provider)
+        model_path(options.refiner), threads=options.threads, provider=options.provider,
+        threads_beside=crops_beside)
+    # A network of its own, since it runs while the others do.
+    scout = Scout(Detector(open_movenet(replace(options, threads=beside))))
     schedule = Schedule(budget_ms=options.detection_budget, input_side=options.input_size)
     return TwoSpeed(
-        network, refiner, schedule, tracker, min_score=options.min_score,
+        Detector(network), scout, refiner, schedule, tracker, min_score=options.min_score,
         max_people=options.max_people)

@@ -29,11 +29,14 @@ class Refiner:
     :ivar side: of the network's square input, pixels.
     """
 
-    def __init__(self, path: Path, *, threads: int = 0, provider: str = 'cpu') -> None:
+    def __init__(
+        self, path: Path, *, threads: int = 0, provider: str = 'cpu', threads_beside: int = 0,
+    ) -> None:
         """
         Open the network.
 
         :param path: an ONNX file of a MoveNet for one person.
+        :param threads_beside: while another network runs; 0 for as many as ever.
         :raises DepthPersonError: when it is none.
         """
         self._session = open_session(path, threads=threads, provider=provider)
@@ -42,6 +45,8 @@ class Refiner:
             raise DepthPersonError(
                 f'{path} is the network for many people, refiner takes one for one person: '
                 'movenet-lightning or movenet-thunder')
+        self._beside = open_session(
+            path, threads=threads_beside, provider=provider) if threads_beside else self._session
         self.side = side
         self.inference_s = 0.0
         self._lean = np.float32(_LEAN.get(side, 0.0))
@@ -49,7 +54,7 @@ class Refiner:
 
     def __call__(
         self, image: NDArray[np.uint8], centres: NDArray[np.float32],
-        sides: NDArray[np.float32],
+        sides: NDArray[np.float32], *, beside: bool = False,
     ) -> NDArray[np.float32]:
         """
         Return one person for each crop.
@@ -57,6 +62,7 @@ class Refiner:
         :param image: (height, width, 3) BGR.
         :param centres: (n, 2) of the square crops, raw pixels.
         :param sides: (n,) of the crops, raw pixels; they may reach beyond the image.
+        :param beside: whether another network runs meanwhile.
         :returns: (n, 18, 3) u, v in raw pixels, score; none is missing.
         """
         self.inference_s = 0.0
@@ -64,7 +70,8 @@ class Refiner:
             return from_coco17(np.empty((0, N_COCO17, 3), np.float32))
         crops = self._cutter.cut(image, centres, sides)
         start = time.perf_counter()
-        keypoints, = self._session.run(self._outputs, {INPUT: crops.images})
+        session = self._beside if beside else self._session
+        keypoints, = session.run(self._outputs, {INPUT: crops.images})
         self.inference_s = time.perf_counter() - start
         check_finite(keypoints, output=FITTED, network=self._session.name)
         in_crop = keypoints[..., :2] * STRIDE + (self._lean - np.float32(self.side / 2))

@@ -3,6 +3,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
+import os
 from pathlib import Path
 from typing import Any
 import warnings
@@ -62,6 +63,17 @@ def check_finite(values: NDArray[Any], *, output: str, network: str | Path) -> N
         raise DepthPersonError(
             f'the output {output} of {network} holds NaN or infinity; the network is damaged, or '
             'fails at its precision')
+
+
+def halves(threads: int) -> tuple[int, int]:
+    """
+    Return how many threads two networks may use that run side by side; the second has the odd one.
+
+    :param threads: that one alone may use; 0 for one a core.
+    """
+    threads = threads or len(os.sched_getaffinity(0))
+    half = max(threads // 2, 1)
+    return half, max(threads - half, 1)
 
 
 def settle_provider(provider: str, *, fallback: bool) -> tuple[str, str]:

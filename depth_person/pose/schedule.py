@@ -45,7 +45,7 @@ class Schedule:
 
     def looks(
         self, width: int, height: int, people: NDArray[np.float32], *, elapsed_s: float = 0.0,
-        lost: bool = False,
+        lost: bool = False, wait: bool = False,
     ) -> list[Look]:
         """
         Return the looks to take at the next frame.
@@ -54,6 +54,7 @@ class Schedule:
         :param people: (n, 2) where people are tracked, raw pixels.
         :param elapsed_s: since the frame before.
         :param lost: whether one of them was not seen in the frame before.
+        :param wait: whether none can be taken yet; one may be saved for meanwhile, no more.
         """
         if (width, height) != self._size:
             return self._first(width, height)
@@ -61,6 +62,9 @@ class Schedule:
         frames = min(max(elapsed_s * _LEAST_FPS, 1.0), _MOST_FRAMES)
         budgets = 1.0 if len(people) and not lost else _IDLE_BUDGETS
         self._paid_ms += self._budget_ms * budgets * frames
+        if wait:
+            self._paid_ms = min(self._paid_ms, max(look.cost_ms for look in self._looks))
+            return []
         chosen: list[Look] = []
         while len(chosen) < len(self._looks):
             next_ = int(self._waited.argmax())
@@ -71,6 +75,10 @@ class Schedule:
             self._waited[next_] = 0.0
         self._paid_ms = 0.0  # more than all looks cost is not saved up
         return chosen
+
+    def is_saved_for(self, look: Look) -> bool:
+        """Return whether a look costs more than a frame pays."""
+        return look.cost_ms > self._budget_ms
 
     def _first(self, width: int, height: int) -> list[Look]:
         self._size = (width, height)

@@ -40,7 +40,7 @@ from depth_person.pose.store import model_path
 PEOPLE = (0, 1, 3, 8, 20)
 WIDTH, HEIGHT = 1280, 720
 FRAMES = 31
-FRAME_NS = 1_000_000_000 // 15
+FRAME_NS = 1_000_000_000 // 60
 SCENARIOS = ('distance', 'yaw', 'tilt')
 #: How high their pictures are, pixels: of a few, whom BlazePose sees only when they are near, of
 #: more in one row, and in two.
@@ -130,7 +130,7 @@ def run_stage(
 
     def noted(self: schedule.Schedule, *args: Any, **options: Any) -> list[Look]:
         taken = due(self, *args, **options)
-        looks.append(taken)
+        looks.append([*taken])
         return taken
 
     stage.estimate(frames[0])
