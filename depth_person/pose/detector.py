@@ -6,9 +6,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from depth_person.pose.bodies import body_sizes, boxes, same_people
+from depth_person.pose.bodies import Array, body_sizes, Bools, boxes, same_people
 from depth_person.pose.looks import Look
-from depth_person.pose.movenet import MoveNet, TRAINED_SIDE
+from depth_person.pose.movenet import MoveNet
 from depth_person.pose.skeleton import from_coco17, N_KEYPOINTS
 
 #: So many of the surest keypoints tell how sure a person is.
@@ -42,8 +42,7 @@ class Detector:
             keypoints, _ = self._network.look(look.part(image), look.input_side)
             keypoints[..., :2] += np.array([look.x, look.y], np.float32)
             found.append(from_coco17(keypoints))
-            limit = TRAINED_SIDE * max(look.width, look.height) / look.input_side
-            largest.append(np.full(len(keypoints), limit))
+            largest.append(np.full(len(keypoints), look.largest))
         people, limits = np.concatenate(found), np.concatenate(largest)
         return people[_once(people, limits)] if len(people) > 1 else people
 
@@ -56,24 +55,37 @@ def sureness(people: NDArray[np.float32]) -> NDArray[np.float32]:
     return sure
 
 
-def _once(people: NDArray[np.float32], limits: NDArray[np.float64]) -> NDArray[np.intp]:
+def limbs(
+    points: Array, largest: NDArray[np.float64], others: Array, other_sizes: Array,
+) -> Bools:
+    """
+    Return (n, m) whether somebody may be but a limb of another, who is too large for the look.
+
+    A limb of somebody whom a look does not see as a whole may seem a person of its own there.
+
+    :param points: (n, 18, 2) of people whom looks show.
+    :param largest: (n,) body that the look sees as a whole, raw pixels.
+    :param others: (m, 18, 2), of sizes (m,).
+    """
+    own, around = boxes(points), boxes(others)
+    middle = ((own[:, :2] + own[:, 2:]) / 2)[:, None]
+    within = ((middle > around[:, :2]) & (middle < around[:, 2:])).all(2)
+    limb: Bools = within & (other_sizes > largest[:, None])
+    return limb
+
+
+def _once(people: NDArray[np.float32], largest: NDArray[np.float64]) -> NDArray[np.intp]:
     """
     Return which skeletons to keep so that nobody is counted twice, surest first.
 
-    A limb of somebody who is too large for a look may seem a person of its own there: what lies
-    within somebody larger than its look's limit is not believed.
-
-    :param limits: (n,) the largest body that the look could see as a whole, raw pixels.
+    :param largest: (n,) body that each one's look sees as a whole, raw pixels.
     """
     points = people[..., :2]
-    sizes, around = body_sizes(points), boxes(points)
-    sure = sureness(people) * np.minimum(limits / sizes, 1.0)
-    middle = (around[:, :2] + around[:, 2:]) / 2
-    same = same_people(points, sizes)
+    sizes = body_sizes(points)
+    sure = sureness(people) * np.minimum(largest / sizes, 1.0)
+    double = same_people(points, sizes) | limbs(points, largest, points, sizes)
     kept: list[int] = []
     for index in np.argsort(-sure, kind='stable'):
-        within = ((middle[index] > around[kept, :2]) & (middle[index] < around[kept, 2:])).all(1)
-        limb = within & (sizes[kept] > limits[index])
-        if not (limb | same[index, kept]).any():
+        if not double[index, kept].any():
             kept.append(int(index))
     return np.array(kept, np.intp)

@@ -48,6 +48,11 @@ class Look:
             math.ceil(round(side * scale) / SIDE_STEP) for side in (self.width, self.height))
         return MS_PER_KILOPIXEL * columns * rows * SIDE_STEP ** 2 / 1000
 
+    @property
+    def largest(self) -> float:
+        """The largest body that the network sees as a whole in it, raw pixels."""
+        return TRAINED_SIDE * max(self.width, self.height) / self.input_side
+
     def part(self, image: NDArray[np.uint8]) -> NDArray[np.uint8]:
         """Return its part of a frame, which is not copied."""
         return image[self.y:self.y + self.height, self.x:self.x + self.width]

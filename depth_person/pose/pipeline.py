@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from depth_person.camera.frame import Frame
 from depth_person.pose.detector import Detector
+from depth_person.pose.lookout import Lookout
 from depth_person.pose.movenet import MoveNet
 from depth_person.pose.network import PoseNetwork
 from depth_person.pose.networks import open_movenet, open_network
@@ -90,5 +91,5 @@ def _two_speed(
     scout = Scout(Detector(open_movenet(replace(options, threads=beside))))
     schedule = Schedule(budget_ms=options.detection_budget, input_side=options.input_size)
     return TwoSpeed(
-        Detector(network), scout, refiner, schedule, tracker, min_score=options.min_score,
-        max_people=options.max_people)
+        Detector(network), refiner, Lookout(schedule, scout, tracker), tracker,
+        min_score=options.min_score, max_people=options.max_people)

@@ -5,30 +5,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depth_person.camera.frame import Frame
-from depth_person.pose.bodies import Array, body_sizes, Bools, mean_known
-from depth_person.pose.claims import (
-    chosen,
-    has_slipped,
-    is_young,
-    part_marks,
-    refuse_doubles,
-    Seen,
-)
+from depth_person.pose.bodies import Array, body_sizes, Bools
+from depth_person.pose.claims import chosen, is_young, part_marks, refuse_doubles, Seen
 from depth_person.pose.crops import crops_around
 from depth_person.pose.detector import Detector
-from depth_person.pose.looks import Look
+from depth_person.pose.lookout import Lookout
 from depth_person.pose.movenet import MIN_KEYPOINTS
 from depth_person.pose.refine import Refiner
-from depth_person.pose.schedule import Schedule
-from depth_person.pose.scout import Scout
 from depth_person.pose.skeleton import Keypoint, N_KEYPOINTS
 from depth_person.pose.tracking import MAY_HAVE_STOPPED_S, Tracker
 
 #: So many people are followed; more, if more are to be published.
 MOST_TRACKED = 20
-#: A look may take until later frames where these come sooner than that, and no more people than
-#: that are followed: more crops keep the whole processor busy by themselves.
-_SOON_S, _FEW = 0.055, 3
 #: Hidden joints of the body are guessed on crops, and score up to this times min_score; up to
 #: _SURE times where neither hip is that sure, as when just a head shows. A face is not guessed
 #: at, and scores less even where it is seen.
@@ -40,44 +28,37 @@ _IS_FACE = np.isin(np.arange(N_KEYPOINTS), [
 
 class TwoSpeed:
     """
-    Follows people on crops and looks for new ones as the schedule says.
+    Follows people on crops and looks for new ones as a lookout says.
 
     Whom neither a crop nor the detector confirms in a frame is not given for that frame.
-
-    Looks that frames have to save for would hold fast frames up. While few people are followed,
-    and none is lost, a scout takes them beside the crops of the frames that follow, on half of
-    the processor. What it reports is late, so nobody is taken from it: where it shows somebody who
-    is not followed, the same look is taken again at once.
 
     :param min_score: keypoints that score less are missing.
     :param max_people: the largest so many in the image are given: the nearest, more or less.
     """
 
     def __init__(
-        self, detector: Detector, scout: Scout, refiner: Refiner, schedule: Schedule,
-        tracker: Tracker, *, min_score: float, max_people: int,
+        self, detector: Detector, refiner: Refiner, lookout: Lookout, tracker: Tracker, *,
+        min_score: float, max_people: int,
     ) -> None:
-        self._detector, self._scout, self._refiner = detector, scout, refiner
-        self._schedule, self._tracker = schedule, tracker
+        self._detector, self._refiner = detector, refiner
+        self._lookout, self._tracker = lookout, tracker
         self._max_people = max_people
         self._least, self._least_with_hips = (
             min_score * np.where(_IS_FACE, 1.0, body) for body in (_SURE, _GUESSED))
         self._least_hip = _SURE * min_score
         self._shape: tuple[int, ...] = ()
-        self._before_ns = 0
         self.inference_s = 0.0
 
     def estimate(self, frame: Frame) -> tuple[Array, NDArray[np.int32]]:
         """Return keypoints (n, 18, 3) and track ids of the people in a frame, nearest first."""
         self._begin(frame)
-        self._scout.waited_s = 0.0
         seen = self._look(frame)
         height, width = frame.image.shape[:2]
         crops = crops_around(
             seen.expected, seen.sizes * (1 + seen.strayed), width=width, height=height)
-        marked = self._refiner(frame.image, *crops, beside=self._scout.is_running)
+        marked = self._refiner(frame.image, *crops, beside=self._lookout.is_busy)
         self.inference_s = (
-            self._detector.inference_s + self._scout.waited_s + self._refiner.inference_s)
+            self._detector.inference_s + self._lookout.waited_s + self._refiner.inference_s)
         self._blank_guesses(marked)
         keypoints = chosen(seen, marked)
         if len(keypoints) > 1:
@@ -94,7 +75,7 @@ class TwoSpeed:
         Whoever was beyond max_people then is not known, and so found anew later.
         """
         self._begin(frame)
-        self._due_looks(frame, recalled=True)
+        self._lookout.looks(frame, self._expected(frame.stamp_ns), recalled=True)
         tracks = {track.track_id: track for track in self._tracker.tracks}
         points = keypoints[..., :2]
         sizes = body_sizes(points)
@@ -108,58 +89,19 @@ class TwoSpeed:
         self._tracker.note_apart()
         if self._tracker.advance(frame.stamp_ns) or frame.image.shape != self._shape:
             self._tracker.tracks.clear()
-            self._schedule.restart()
-            self._scout.forget()
+            self._lookout.restart()
         self._shape = frame.image.shape
 
-    def _due_looks(self, frame: Frame, *, recalled: bool = False) -> tuple[Array, list[Look]]:
-        """Return where those who are tracked are expected (n, 18, 2), and the looks to take."""
-        height, width = frame.image.shape[:2]
-        tracks = self._tracker.tracks
-        expected = np.array(
-            [track.predicted(frame.stamp_ns) for track in tracks], np.float32,
-        ).reshape(-1, N_KEYPOINTS, 2)
-        lost = any(track.stamp_ns < self._before_ns for track in tracks)
-        elapsed_s = (frame.stamp_ns - self._before_ns) * 1e-9
-        self._before_ns = frame.stamp_ns
-        outstanding = self._scout.look
-        looks = self._schedule.looks(
-            width, height, mean_known(expected.swapaxes(1, 2)), lost=lost, elapsed_s=elapsed_s,
-            wait=outstanding is not None)
-        if outstanding is not None:
-            if self._has_to_look_again(frame, lost=lost, recalled=recalled):
-                looks = [outstanding]
-        elif (0 < len(tracks) <= _FEW and not lost and elapsed_s < _SOON_S
-              and len(looks) == 1 and self._schedule.is_saved_for(looks[0])):
-            self._scout.send(frame, looks.pop())
-        if not recalled:
-            self._scout.go()
-        return expected, looks
-
-    def _has_to_look_again(self, frame: Frame, *, lost: bool, recalled: bool) -> bool:
-        """Return whether the look that the scout was sent for has to be taken in this frame."""
-        due = self._scout.is_due(frame.stamp_ns)
-        if lost or (due and recalled):
-            self._scout.forget()
-            return lost
-        return due and self._is_news(*self._scout.report())
-
-    def _is_news(self, found: Array, stamp_ns: int) -> bool:
-        """Return whether people in an earlier frame are others than those who are tracked."""
-        pairs = self._tracker.pairs(found[..., :2], stamp_ns)
-        if len(pairs) < len(found):
-            return True
-        return bool(has_slipped(
-            np.array([track.predicted(stamp_ns) for _, track in pairs], np.float32).reshape(
-                -1, N_KEYPOINTS, 2),
-            found[[person for person, _ in pairs], :, :2],
-            np.array([track.size for _, track in pairs], np.float32)).any())
+    def _expected(self, stamp_ns: int) -> Array:
+        """Return where the keypoints of those who are tracked are expected (n, 18, 2)."""
+        expected = [track.predicted(stamp_ns) for track in self._tracker.tracks]
+        return np.array(expected, np.float32).reshape(-1, N_KEYPOINTS, 2)
 
     def _look(self, frame: Frame) -> Seen:
         """Return who is tracked, and who is new by the looks that are due."""
         tracks = self._tracker.tracks
-        expected, looks = self._due_looks(frame)
-        found = self._detector.find(frame.image, looks)
+        expected = self._expected(frame.stamp_ns)
+        found = self._detector.find(frame.image, self._lookout.looks(frame, expected))
         detected = np.full((len(tracks), N_KEYPOINTS, 3), np.nan, np.float32)
         sizes = np.array([track.size for track in tracks], np.float32)
         if not len(found):
