@@ -14,7 +14,7 @@ from depth_person.pose.tracking import Tracker
 
 #: A look may go on beside frames that follow sooner than this, and while no more people than
 #: this are tracked: more crops keep the whole processor busy by themselves.
-_SOON_S, _FEW = 0.055, 3
+_SOON_S, _FEW = 0.08, 3
 
 
 class Lookout:

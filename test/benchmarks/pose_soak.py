@@ -2,11 +2,13 @@
 Latency with a camera that is faster than the pose stage, then memory and ids over minutes.
 
     .venv/bin/python test/benchmarks/pose_soak.py [--minutes 10] [--fps 60]
+        [--data FOLDER --people 1]
 
 The camera plays the demo's scene forwards and backwards, so that nobody ever jumps, and leaves
-each frame in the mailbox that pose_node has. Latency is from the frame's stamp to its keypoints;
-a frame waits at most for the one before it. The three people should keep three ids: whoever is
-out of sight for more than two seconds, or is found anew, gets another.
+each frame in the mailbox that pose_node has. With FOLDER, a data set as pose_two_speed.py takes
+it, it shows so many people side by side who sway. Latency is from the frame's stamp to its
+keypoints; a frame waits at most for the one before it. The demo's three people should keep three
+ids: whoever is out of sight for more than two seconds, or is found anew, gets another.
 """
 from __future__ import annotations
 
@@ -16,6 +18,7 @@ import threading
 import time
 
 import numpy as np
+from pose_two_speed import frames_of, people_of
 
 from depth_person.camera.frame import Frame
 from depth_person.camera.sources import open_source
@@ -33,9 +36,14 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[1])
     parser.add_argument('--minutes', type=float, default=10.0)
     parser.add_argument('--fps', type=float, default=60.0)
+    parser.add_argument('--data', type=Path)
+    parser.add_argument('--people', type=int, default=1)
     args = parser.parse_args()
-    with open_source(str(SCENE)) as source:
-        frames = list(iter(source.read, None))
+    if args.data:
+        frames = list(frames_of(list(people_of(args.data)), args.people))
+    else:
+        with open_source(str(SCENE)) as source:
+            frames = list(iter(source.read, None))
     frames += frames[-2:0:-1]
     report_latency(frames, args.fps)
     report_soak(frames, args.minutes)

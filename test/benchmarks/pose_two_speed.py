@@ -6,11 +6,12 @@ Frames a second of the pose stage with 0 to 20 people, against bare networks and
 
 FOLDER is a data set that `depth_person evaluate` reads, of 1280x720 images with people who are not
 hidden (the scenarios distance, yaw and tilt): their pictures are pasted side by side into frames,
-and wander by a pixel a frame. For each number of people: the stage as a whole, and the bare
-networks run on as many crops and on the same looks, by turns, so that other load falls on both
-alike. The work of each frame is the same in every round, and its least time counts. PYTHON is an
-environment of its own with mediapipe==0.10.14, numpy<2 and opencv-contrib-python<4.12: BlazePose
-full then runs on the same frames in a process of its own, by turns, too.
+and wander by a pixel a frame, with the stamps of a camera of 60 frames a second. For each number
+of people: the stage as a whole, and the bare networks run on as many crops and on the same looks,
+one after the other (the stage takes some looks beside crops), by turns, so that other load falls
+on both alike. The work of each frame is the same in every round, and its least time counts. PYTHON
+is an environment of its own with mediapipe==0.10.14, numpy<2 and opencv-contrib-python<4.12:
+BlazePose full then runs on the same frames in a process of its own, by turns, too.
 """
 from __future__ import annotations
 

@@ -16,7 +16,7 @@ from depth_person.pose.detector import Detector
 from depth_person.pose.pipeline import PoseEstimator, PoseOptions
 from depth_person.pose.runtime import halves
 
-FAST_S, SLOW_S = 1 / 30, 1 / 15
+FAST_S, SLOW_S = 1 / 30, 1 / 10
 SHE, ANOTHER = (40, 180), (430, 60)
 #: Frames in which another woman comes, and the first one goes.
 COMES, GOES, COUNT = 12, 28, 40
@@ -67,7 +67,7 @@ def assert_same(found, again):
         np.testing.assert_array_equal(one.keypoints, other.keypoints)
 
 
-@pytest.mark.parametrize(('every_s', 'beside'), [(FAST_S, True), (SLOW_S, False)])
+@pytest.mark.parametrize(('every_s', 'beside'), [(FAST_S, True), (1 / 15, True), (SLOW_S, False)])
 def test_looks_that_would_hold_up_the_next_frame_are_taken_beside_it(
         stage, finds, every_s, beside):
     counts, _ = finds
