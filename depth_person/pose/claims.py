@@ -6,7 +6,15 @@ from functools import cached_property
 
 import numpy as np
 
-from depth_person.pose.bodies import Array, Bools, likeness, mean_apart, mean_known, same_people
+from depth_person.pose.bodies import (
+    Array,
+    body_sizes,
+    Bools,
+    likeness,
+    mean_apart,
+    mean_known,
+    same_people,
+)
 from depth_person.pose.detector import sureness
 from depth_person.pose.movenet import MIN_KEYPOINTS
 from depth_person.pose.tracking import Track
@@ -110,7 +118,7 @@ def refuse_doubles(seen: Seen, keypoints: Array) -> Bools:
     """
     points = keypoints[..., :2]
     doubles = np.zeros(len(points), bool)
-    same = same_people(points, seen.sizes, strict=~seen.new)
+    same = same_people(points, _sizes(seen, points), strict=~seen.new)
     if not same.any():
         return doubles
     young = np.array([is_young(track, seen.stamp_ns) for track in seen.tracks])
@@ -133,7 +141,8 @@ def part_marks(seen: Seen, keypoints: Array) -> Bools:
     points = keypoints[..., :2]
     apart = points[:, None] - points[None]
     apart = np.hypot(apart[..., 0], apart[..., 1])
-    size = np.minimum(seen.sizes[:, None], seen.sizes[None])
+    sizes = _sizes(seen, points)
+    size = np.minimum(sizes[:, None], sizes[None])
     np.einsum('iik->ik', apart)[...] = np.inf
     first, second, keypoint = np.nonzero(apart < (_SAME_MARK * size)[..., None])
     strayed = points - seen.expected
@@ -147,6 +156,11 @@ def part_marks(seen: Seen, keypoints: Array) -> Bools:
     doubles: Bools = lost > _MOST_LOST * had
     keypoints[doubles] = np.nan
     return doubles
+
+
+def _sizes(seen: Seen, points: Array) -> Array:
+    """Return the sizes of bodies (n,), of who is new as it is marked now: it may be a limb."""
+    return np.where(seen.new, body_sizes(points), seen.sizes)
 
 
 def _slipped(seen: Seen, points: Array, off: Array, good: Bools) -> Bools:

@@ -120,6 +120,19 @@ def test_a_person_who_is_tracked_is_not_new():
     assert refuse_doubles(newcomer, given).tolist() == [False, True]
 
 
+@pytest.mark.parametrize('off', [3, 6, 9])
+def test_an_arm_that_seemed_a_small_person_is_not_new(off):
+    """Its crop shows whose it is; how large it seemed does not count then."""
+    whole = people((0, 0))
+    arm = only(whole + np.array([off, off / 2, 0], np.float32), [5, 6, 7, 8, 11])
+    known, new = seen(whole), seen(only(arm, [5, 6, 7]), tracked=False)
+    both = Seen(
+        [*known.tracks, None], np.concatenate([known.expected, new.expected]),
+        np.concatenate([known.sizes, 0.3 * known.sizes]),
+        np.concatenate([known.detected, new.detected]), 0)
+    assert refuse_doubles(both, np.concatenate([whole, arm])).tolist() == [False, True]
+
+
 def test_overlapping_people_keep_their_own_keypoints():
     """The crop of the second has taken the first one's shoulder for its own."""
     expected = people((300, 300), (350, 300))
