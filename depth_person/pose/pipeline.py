@@ -86,9 +86,11 @@ def _two_speed(
     beside, crops_beside = halves(options.threads)
     refiner = Refiner(
         model_path(options.refiner), threads=options.threads, provider=options.provider,
-        threads_beside=crops_beside)
-    # A network of its own, since it runs while the others do.
-    scout = Scout(Detector(open_movenet(replace(options, threads=beside))))
+        threads_beside=crops_beside if beside else 0)
+    # A network of its own, where it runs while the others do.
+    scout = Scout(
+        Detector(open_movenet(replace(options, threads=beside)) if beside else network),
+        beside=beside > 0)
     schedule = Schedule(budget_ms=options.detection_budget, input_side=options.input_size)
     return TwoSpeed(
         Detector(network), refiner, Lookout(schedule, scout, tracker), tracker,

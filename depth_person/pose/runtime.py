@@ -67,13 +67,14 @@ def check_finite(values: NDArray[Any], *, output: str, network: str | Path) -> N
 
 def halves(threads: int) -> tuple[int, int]:
     """
-    Return how many threads two networks may use that run side by side; the second has the odd one.
+    Return how many threads each of two networks may use that run side by side.
+
+    The second has the odd one; the first has none where there is but one for both.
 
     :param threads: that one alone may use; 0 for one a core.
     """
     threads = threads or len(os.sched_getaffinity(0))
-    half = max(threads // 2, 1)
-    return half, max(threads - half, 1)
+    return threads // 2, threads - threads // 2
 
 
 def settle_provider(provider: str, *, fallback: bool) -> tuple[str, str]:

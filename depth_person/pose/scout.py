@@ -29,12 +29,13 @@ class Scout:
     Takes one look at a time in a thread of its own.
 
     :param detector: that nobody else uses.
+    :param beside: whether it has a thread of its own; without, it looks when asked for its report.
     :ivar waited_s: how long the last report was waited for.
     """
 
-    def __init__(self, detector: Detector) -> None:
+    def __init__(self, detector: Detector, *, beside: bool = True) -> None:
         self._detector = detector
-        self._worker = ThreadPoolExecutor(1, thread_name_prefix='scout')
+        self._worker = ThreadPoolExecutor(1, thread_name_prefix='scout') if beside else None
         self._errand: _Errand | None = None
         self.waited_s = 0.0
 
@@ -55,9 +56,10 @@ class Scout:
 
     def go(self) -> None:
         """Begin what was noted last, if it has not begun."""
-        if self._errand is not None and self._errand.found is None:
-            self._errand.found = self._worker.submit(
-                self._detector.find, self._errand.frame.image, [self._errand.look])
+        errand = self._errand
+        if self._worker is not None and errand is not None and errand.found is None:
+            errand.found = self._worker.submit(
+                self._detector.find, errand.frame.image, [errand.look])
 
     def is_due(self, stamp_ns: int) -> bool:
         """Return whether the report should be there by a frame's stamp."""
@@ -74,9 +76,10 @@ class Scout:
         self.go()
         errand, self._errand = self._errand, None
         assert errand is not None
-        assert errand.found is not None
         start = time.perf_counter()
-        found = errand.found.result()
+        found = (
+            errand.found.result() if errand.found is not None
+            else self._detector.find(errand.frame.image, [errand.look]))
         self.waited_s = time.perf_counter() - start
         return found, errand.frame.stamp_ns
 

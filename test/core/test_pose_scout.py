@@ -97,7 +97,15 @@ def test_how_fast_looks_are_changes_nothing(stage, finds):
     assert_same(found, [*map(stage().estimate, frames())])
 
 
-@pytest.mark.parametrize('cut', [2, 5, 6, 7, COMES + 2, GOES + 1])
+def test_one_thread_gives_the_same_people_without_another(stage, finds):
+    counts, _ = finds
+    found = [*map(stage(threads=2).estimate, frames())]
+    counts.clear()
+    assert_same(found, [*map(stage(threads=1).estimate, frames())])
+    assert set(counts) == {'MainThread'}
+
+
+@pytest.mark.parametrize('cut', [2, 6, 7, COMES + 2])
 def test_frames_may_be_recalled_while_a_look_is_outstanding(stage, cut):
     found = [*map(stage().estimate, frames())]
     resumed, stream = stage(), frames()
@@ -132,6 +140,6 @@ def test_a_stream_that_begins_anew_forgets_the_look(stage, finds):
 
 
 @pytest.mark.parametrize(
-    ('threads', 'expected'), [(1, (1, 1)), (2, (1, 1)), (3, (1, 2)), (8, (4, 4))])
+    ('threads', 'expected'), [(1, (0, 1)), (2, (1, 1)), (3, (1, 2)), (8, (4, 4))])
 def test_two_networks_share_the_threads(threads, expected):
     assert halves(threads) == expected
