@@ -37,7 +37,7 @@ def frames(count=COUNT, every_s=FAST_S, *, comes=COMES, goes=GOES):
 def stage(network):
     """Return a function that opens the pose stage."""
     network('movenet-lightning')
-    return lambda **options: PoseEstimator(PoseOptions(**options))
+    return lambda **options: PoseEstimator(PoseOptions(**{'threads': 2, **options}))
 
 
 @pytest.fixture
