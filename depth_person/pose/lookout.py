@@ -21,8 +21,8 @@ class Lookout:
     """
     Takes the looks of a schedule so that fast frames are not held up.
 
-    A look that frames have to save for is sent a scout for, while few people are tracked and none
-    is lost. Its report is late, so nobody is taken from it: where it shows somebody who is not
+    While few people are tracked and none is lost, a scout takes those that frames have to save
+    for. Its report is late, so nobody is taken from it: where it shows somebody who is not
     tracked, the same look is taken again at once.
     """
 

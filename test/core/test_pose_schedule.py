@@ -73,6 +73,15 @@ def test_looks_keep_to_the_budget(budget_ms, count):
     assert sum(spent) > budget_ms * count - 60  # what is not spent would not pay the next look
 
 
+def test_while_a_look_is_outstanding_no_more_than_one_is_saved_for():
+    schedule = Schedule(budget_ms=8.0, input_side=512)
+    first = schedule.looks(1280, 720, ONE)
+    assert [schedule.looks(1280, 720, ONE, wait=True) for _ in range(100)] == [[]] * 100
+    assert cost(schedule.looks(1280, 720, ONE)) <= 41 + 8
+    assert [schedule.is_saved_for(look) for look in first[:2]] == [True, True]
+    assert not Schedule(budget_ms=12.0, input_side=512).is_saved_for(first[0])
+
+
 def test_without_a_budget_nothing_is_looked_at_again():
     schedule = Schedule(budget_ms=0.0, input_side=512)
     schedule.looks(1280, 720, ONE)
