@@ -160,6 +160,8 @@ def part_marks(seen: Seen, keypoints: Array) -> Bools:
 
 def _sizes(seen: Seen, points: Array) -> Array:
     """Return the sizes of bodies (n,), of who is new as it is marked now: it may be a limb."""
+    if not seen.new.any():
+        return seen.sizes
     return np.where(seen.new, body_sizes(points), seen.sizes)
 
 

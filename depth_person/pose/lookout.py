@@ -1,6 +1,8 @@
 """Which looks for people a frame takes at once, and which go on beside the frames that follow."""
 from __future__ import annotations
 
+import time
+
 import numpy as np
 
 from depth_person.camera.frame import Frame
@@ -24,21 +26,19 @@ class Lookout:
     While few people are tracked and none is lost, a scout takes those that frames have to save
     for. Its report is late, so nobody is taken from it: where it shows somebody who is not
     tracked, the same look is taken again at once.
+
+    :ivar waited_s: how long the last frame waited for the scout.
     """
 
     def __init__(self, schedule: Schedule, scout: Scout, tracker: Tracker) -> None:
         self._schedule, self._scout, self._tracker = schedule, scout, tracker
         self._before_ns = 0
+        self.waited_s = 0.0
 
     @property
     def is_busy(self) -> bool:
         """Whether a look goes on beside the frame."""
         return self._scout.is_running
-
-    @property
-    def waited_s(self) -> float:
-        """How long the last frame waited for a look that was taken beside those before."""
-        return self._scout.waited_s
 
     def restart(self) -> None:
         """Let the next frame be the first of a stream."""
@@ -52,7 +52,7 @@ class Lookout:
         :param expected: (n, 18, 2) where those who are tracked are expected.
         :param recalled: whether looks are taken as done, since what they showed is known.
         """
-        self._scout.waited_s = 0.0
+        self.waited_s = 0.0
         tracks = self._tracker.tracks
         lost = any(track.stamp_ns < self._before_ns for track in tracks)
         elapsed_s = (frame.stamp_ns - self._before_ns) * 1e-9
@@ -67,7 +67,8 @@ class Lookout:
             looks = [outstanding] if again else []
         elif (0 < len(tracks) <= _FEW and not lost and elapsed_s < _SOON_S
               and len(looks) == 1 and self._schedule.is_saved_for(looks[0])):
-            self._scout.send(frame, looks.pop())
+            self._scout.send(frame, looks[0])
+            looks = []
         if not recalled:
             self._scout.go()
         return looks
@@ -78,16 +79,22 @@ class Lookout:
         if lost or (due and recalled):
             self._scout.forget()
             return lost
-        return due and self._is_news(*self._scout.report(), largest=look.largest)
+        if not due:
+            return False
+        start = time.perf_counter()
+        found, then_ns = self._scout.report()
+        self.waited_s = time.perf_counter() - start
+        return self._is_news(found, then_ns, largest=look.largest)
 
     def _is_news(self, found: Array, stamp_ns: int, *, largest: float) -> bool:
         """Return whether an earlier frame shows others than those who are tracked."""
-        points = found[..., :2]
-        news = np.ones(len(points), bool)
+        points, tracks = found[..., :2], self._tracker.tracks
+        expected = self._tracker.expected(stamp_ns)
+        sizes = np.array([track.size for track in tracks])
+        news = np.asarray(
+            ~limbs(points, np.full(len(points), largest), expected, sizes).any(1))
+        row = {track.track_id: [index] for index, track in enumerate(tracks)}
         for person, track in self._tracker.pairs(points, stamp_ns):
-            expected, size = track.predicted(stamp_ns)[None], np.array([track.size])
-            news[person] = has_slipped(expected, points[[person]], size).item()
-        for track in self._tracker.tracks:
-            expected, size = track.predicted(stamp_ns)[None], np.array([track.size])
-            news &= ~limbs(points, np.full(len(points), largest), expected, size)[:, 0]
+            own = row[track.track_id]
+            news[person] &= has_slipped(expected[own], points[[person]], sizes[own]).item()
         return bool(news.any())

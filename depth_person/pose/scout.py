@@ -3,7 +3,6 @@ from __future__ import annotations
 
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
-import time
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,14 +29,12 @@ class Scout:
 
     :param detector: that nobody else uses.
     :param beside: whether it has a thread of its own; without, it looks when asked for its report.
-    :ivar waited_s: how long the last report was waited for.
     """
 
     def __init__(self, detector: Detector, *, beside: bool = True) -> None:
         self._detector = detector
         self._worker = ThreadPoolExecutor(1, thread_name_prefix='scout') if beside else None
         self._errand: _Errand | None = None
-        self.waited_s = 0.0
 
     @property
     def look(self) -> Look | None:
@@ -76,11 +73,9 @@ class Scout:
         self.go()
         errand, self._errand = self._errand, None
         assert errand is not None
-        start = time.perf_counter()
         found = (
             errand.found.result() if errand.found is not None
             else self._detector.find(errand.frame.image, [errand.look]))
-        self.waited_s = time.perf_counter() - start
         return found, errand.frame.stamp_ns
 
     def forget(self) -> None:

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depth_person.pose.bodies import body_sizes, mean_apart
+from depth_person.pose.skeleton import N_KEYPOINTS
 
 Array = NDArray[np.float32]
 
@@ -25,9 +26,9 @@ _TWO_PEOPLE = 0.3
 #: Shares of the newest in what is kept of velocity and size.
 _VELOCITY_GAIN = 0.4
 _SIZE_GAIN = 0.3
-#: Frames that follow sooner tell less of a velocity: the marks' noise, and that of stamps, is then
-#: large against the way between.
-_SOON_S = 1 / 60
+#: Frames that follow sooner than this tell less of a velocity: the noise of marks and stamps is
+#: then large against the way between.
+_SHORT_S = 1 / 60
 _NS = 1e-9
 
 
@@ -65,7 +66,7 @@ class Track:
         elapsed = self.missed_s(stamp_ns)
         expected = self.predicted(stamp_ns)
         off = _median_known(points - expected)
-        gain = _VELOCITY_GAIN * elapsed / max(elapsed, _SOON_S) ** 2
+        gain = _VELOCITY_GAIN * elapsed / max(elapsed, _SHORT_S) ** 2
         self.velocity = self.velocity + np.float32(gain) * off
         self.points = np.where(np.isnan(points), expected + off, points)
         self.size += _SIZE_GAIN * (size - self.size)
@@ -116,6 +117,11 @@ class Tracker:
             track for track in self.tracks if stamp_ns - track.stamp_ns <= self._max_missed_ns]
         return not 0 <= elapsed <= self._max_missed_ns
 
+    def expected(self, stamp_ns: int) -> Array:
+        """Return where the keypoints of all tracks are expected (n, 18, 2)."""
+        expected = [track.predicted(stamp_ns) for track in self.tracks]
+        return np.array(expected, np.float32).reshape(-1, N_KEYPOINTS, 2)
+
     def follow(self, track: Track | None, points: Array, size: float, stamp_ns: int) -> Track:
         """Return the track of a person who is marked now, a new one where it had none."""
         if track is not None:
@@ -163,7 +169,7 @@ class Tracker:
         """Return (people, tracks) distances over what is allowed; infinite where impossible."""
         missed = np.array([track.missed_s(stamp_ns) for track in self.tracks])
         sizes, track_sizes = body_sizes(points), np.array([each.size for each in self.tracks])
-        apart = mean_apart(points, np.stack([each.predicted(stamp_ns) for each in self.tracks]))
+        apart = mean_apart(points, self.expected(stamp_ns))
         stopped = mean_apart(points, np.stack([each.points for each in self.tracks]))
         apart = np.where(missed > MAY_HAVE_STOPPED_S, np.minimum(apart, stopped), apart)
         larger = np.maximum(sizes[:, None], track_sizes)

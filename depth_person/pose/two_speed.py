@@ -75,7 +75,7 @@ class TwoSpeed:
         Whoever was beyond max_people then is not known, and so found anew later.
         """
         self._begin(frame)
-        self._lookout.looks(frame, self._expected(frame.stamp_ns), recalled=True)
+        self._lookout.looks(frame, self._tracker.expected(frame.stamp_ns), recalled=True)
         tracks = {track.track_id: track for track in self._tracker.tracks}
         points = keypoints[..., :2]
         sizes = body_sizes(points)
@@ -92,15 +92,10 @@ class TwoSpeed:
             self._lookout.restart()
         self._shape = frame.image.shape
 
-    def _expected(self, stamp_ns: int) -> Array:
-        """Return where the keypoints of those who are tracked are expected (n, 18, 2)."""
-        expected = [track.predicted(stamp_ns) for track in self._tracker.tracks]
-        return np.array(expected, np.float32).reshape(-1, N_KEYPOINTS, 2)
-
     def _look(self, frame: Frame) -> Seen:
         """Return who is tracked, and who is new by the looks that are due."""
         tracks = self._tracker.tracks
-        expected = self._expected(frame.stamp_ns)
+        expected = self._tracker.expected(frame.stamp_ns)
         found = self._detector.find(frame.image, self._lookout.looks(frame, expected))
         detected = np.full((len(tracks), N_KEYPOINTS, 3), np.nan, np.float32)
         sizes = np.array([track.size for track in tracks], np.float32)

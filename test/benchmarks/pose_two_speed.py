@@ -131,7 +131,7 @@ def run_stage(
 
     def noted(self: schedule.Schedule, *args: Any, **options: Any) -> list[Look]:
         taken = due(self, *args, **options)
-        looks.append([*taken])
+        looks.append(taken)
         return taken
 
     stage.estimate(frames[0])

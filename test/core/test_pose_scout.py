@@ -5,12 +5,10 @@ from collections import Counter
 import threading
 import time
 
-import cv2
 import numpy as np
 import pytest
-import skimage.data
+from walking_woman import frame, picture
 
-from depth_person.camera.frame import Frame
 from depth_person.errors import DepthPersonError
 from depth_person.pose.detector import Detector
 from depth_person.pose.pipeline import PoseEstimator, PoseOptions
@@ -24,13 +22,9 @@ COMES, GOES, COUNT = 12, 28, 40
 
 def frames(count=COUNT, every_s=FAST_S, *, comes=COMES, goes=GOES):
     """Return frames of a woman who walks, and of another one."""
-    woman = cv2.resize(skimage.data.astronaut()[..., ::-1], (150, 150))
     for index in range(count):
-        image = np.full((480, 640, 3), 90, np.uint8)
         places = [(SHE[0] + index, SHE[1])] * (index < goes) + [ANOTHER] * (index >= comes)
-        for x, y in places:
-            image[y:y + 150, x:x + 150] = woman
-        yield Frame(image, round((1 + index * every_s) * 1e9), 'camera_optical_frame')
+        yield frame(picture(*places), 1 + index * every_s)
 
 
 @pytest.fixture

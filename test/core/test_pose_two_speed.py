@@ -4,12 +4,10 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-import cv2
 import numpy as np
 import pytest
-import skimage.data
+from walking_woman import frame, picture
 
-from depth_person.camera.frame import Frame
 from depth_person.camera.sources import open_source
 from depth_person.errors import DepthPersonError
 from depth_person.pose.pipeline import PoseEstimator, PoseOptions
@@ -21,19 +19,6 @@ SHOULDERS = [Keypoint.R_SHOULDER, Keypoint.L_SHOULDER]
 FRAME_S = 0.1
 #: Upper left of her picture, 150 pixels wide, in the frames; she is 128 from there.
 HOME = (240, 180)
-
-
-def picture(*places, side=150):
-    """Return a 480x640 image with the same woman at places."""
-    woman = cv2.resize(skimage.data.astronaut()[..., ::-1], (side, side))
-    image = np.full((480, 640, 3), 90, np.uint8)
-    for x, y in places:
-        image[y:y + side, x:x + side] = woman
-    return image
-
-
-def frame(image, time_s=0.0):
-    return Frame(image, stamp_ns=round(time_s * 1e9), frame_id='camera_optical_frame')
 
 
 @pytest.fixture
