@@ -99,7 +99,25 @@ def test_one_thread_gives_the_same_people_without_another(stage, finds):
     assert set(counts) == {'MainThread'}
 
 
-@pytest.mark.parametrize('cut', [2, 6, 7, COMES + 2])
+def test_while_a_look_is_outstanding_no_other_is_spent(stage, finds):
+    """At 20 ms a frame the next one, of 49 ms, is paid for before the report is due."""
+    counts, _ = finds
+    ids_of(map(stage(detection_budget=20.0).estimate, frames(28, comes=COUNT, goes=COUNT)))
+    assert counts['scout'] == 5  # due in the fourth frame after, the next begun in the fifth
+
+
+def test_who_is_lost_is_looked_for_before_the_report_is_due(stage, finds):
+    """The look is sent in the very frame in which she is gone, and due four frames later."""
+    counts, _ = finds
+    pose, looks = stage(), []
+    for each in frames(GOES + 2):
+        taken = counts['MainThread']
+        pose.estimate(each)
+        looks.append(counts['MainThread'] - taken)
+    assert looks[GOES:] == [0, 1]
+
+
+@pytest.mark.parametrize('cut', [6, 11, 22, GOES + 1])
 def test_frames_may_be_recalled_while_a_look_is_outstanding(stage, cut):
     found = [*map(stage().estimate, frames())]
     resumed, stream = stage(), frames()
